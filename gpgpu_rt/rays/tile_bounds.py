@@ -1,13 +1,12 @@
-"""Tile bounds: bounds of the rays in each tile of their textures.
+"""Tile bounds: bounds of the rays in each tile of the ray textures.
 
-The bounds are computed while rays are written to texels. A tile without a live ray, or a tile
-whose rays all miss the scene, need not be drawn.
+A tile without a live ray, or whose rays all miss the scene, need not be drawn.
 """
 from __future__ import annotations
 
 import numpy as np
 
-SIDE = 8    # side in rays of the smallest tiles; larger tiles consist of these tiles
+SIDE = 8    # side of the smallest tiles, in rays
 
 
 class TileBounds:
@@ -22,9 +21,9 @@ class TileBounds:
     ----------
     size : (across, down) number of tiles
     live : (down, across) bool, whether the tile has a live ray
-    least, most : (down, across, 3) float32, the least and the largest components of the directions
-        of live rays. They are undefined if the tile has no live ray, or if not all rays have the
-        same start (origin and t_min)
+    least, most : (down, across, 3) float32, smallest and largest components of the directions of
+        live rays; undefined if the tile has no live ray, or if not all rays have the same start
+        (origin and t_min)
     """
 
     def __init__(self, size: tuple[int, int], side: int = SIDE) -> None:
@@ -35,21 +34,20 @@ class TileBounds:
         self.most = np.empty_like(self.least)
 
     def see(self, first: int, planes: list[np.ndarray], start: np.ndarray | None) -> None:
-        """Compute the bounds of the tiles in some rows of rays.
+        """Compute the bounds of the tiles that cover some rows of rays.
 
         Parameters
         ----------
-        first : the number of the first row in the textures, a multiple of the side
+        first : the number of the first row in the textures, a multiple of the tile's side
         planes : (rows, width, 4) float32 each, rays in the layout of RAY_TEXELS
-        start : (4,) float32, the origin and t_min that all rays of ``planes`` share, or None
+        start : (4,) float32, the origin and t_min that all these rays share, or None
         """
         along = planes[1]
         rows = slice(first // self.side, -(-(first + len(along)) // self.side))
         if start is None:
             self.live[rows] = self._joined(np.logical_or, planes[0][:, :, 3] <= along[:, :, 3])
             return
-        # A texel holds a direction and, as its fourth component, t_max. So the two reductions also
-        # give the bounds of t_max, which show which tiles have live rays.
+        # The fourth component is t_max. Its bounds show which tiles have live rays.
         least, most = (self._joined(op, along) for op in (np.minimum, np.maximum))
         self.live[rows] = start[3] <= most[:, :, 3]
         if not (start[3] <= least[:, :, 3]).all():      # leave empty rays out of the bounds
@@ -59,8 +57,7 @@ class TileBounds:
         self.least[rows], self.most[rows] = least[:, :, :3], most[:, :, :3]
 
     def _joined(self, op: np.ufunc, values: np.ndarray) -> np.ndarray:
-        """Reduce values (rows, columns, ...) to (tiles down, tiles across, ...) with ``op``. Rows
-        are reduced first, along long contiguous memory."""
+        """Reduce values (rows, columns, ...) to (tiles down, tiles across, ...) with ``op``."""
         rows, columns = (n // self.side * self.side for n in values.shape[:2])
         found = op.reduce(values[:rows].reshape(-1, self.side, *values.shape[1:]), axis=1)
         if rows < len(values):

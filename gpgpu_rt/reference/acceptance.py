@@ -1,26 +1,21 @@
 """Acceptance: which answers to a ray are right for an engine that rounds to float32.
 
-Exact arithmetic has a single answer to each ray. An engine that rounds may return another answer
-without a fault. For a ray through an edge, the engine may return either triangle of the edge. For
-two surfaces that nearly touch, the engine may return the farther surface. This module tells which
-answers a fair engine may give.
+Exact arithmetic has a single answer to each ray. An engine that rounds may rightly return another
+answer: either triangle of an edge that the ray passes, or the farther of two surfaces that nearly
+touch.
 
-A fair engine rounds like float32, but its operations together may lose up to four more bits. The
-bounds of `error_bounds` are therefore evaluated with a unit roundoff of 2^-20 in place of 2^-24.
-The bounds tell which triangles a fair engine may hit, which triangles it certainly hits, and how
-large the error of its t may be.
+A fair engine rounds like float32, but its operations together may lose up to four more bits, so
+`error_bounds` is evaluated with a unit roundoff of 2^-20 instead of 2^-24. The bounds tell which
+triangles a fair engine may hit, and which triangles it certainly hits.
 
 A triangle is acceptable if it may be hit, and if no triangle is certainly hit before it.
 
 A ray must hit if it certainly hits a triangle. A ray near an edge or a vertex must also hit if two
-conditions are met. First, the ray hits in exact arithmetic, and all its neighbours hit, too. The
-neighbours are rays with the same origin and slightly turned directions. The outer neighbours
-are turned further than rounding errors can move the ray. Second, the triangle that the ray hits
-and the triangles that its neighbours hit meet at the edge or the vertex: their corners there are
-equal to the bit. If an engine misses a ray that must hit, the miss is a leak.
-
-Two surfaces may seem to meet when seen from the ray's origin, although they have no common edge or
-vertex. A ray between these surfaces need not hit.
+conditions are met. First, the ray hits in exact arithmetic, and all its neighbours hit, too.
+Neighbours have the same origin and slightly turned directions; the outer neighbours are turned
+further than rounding errors can move the ray. Second, the triangles that these rays hit meet at
+the edge or the vertex, where their corners are equal to the bit. If an engine misses a ray that
+must hit, the miss is a leak.
 
 A ray may hit if some triangle is acceptable. A ray that may hit but need not is undecidable: a hit
 and a miss are both right.
@@ -40,17 +35,16 @@ from .nearest import as_rays, as_triangles, has_area, settle, trace
 from .tree import ReferenceTree
 
 FAIR = Arithmetic(2.0 ** -20, 4 * FLOAT32.tiny, FLOAT32.huge)
-# A coordinate of a sheared vertex is the difference of two terms. The reach is the largest
-# |vertex - origin|, and no term is larger. Each term has at most 5 roundings, and the edge
-# functions add 3 roundings. So rounding moves a ray sideways by less than 16 * unit * reach, where
-# unit is the unit roundoff. The outer neighbours lie twice as far away.
+# Each coordinate of a sheared vertex is the difference of two terms, neither larger than the
+# reach, which is the largest |vertex - origin|. Each term has at most 5 roundings, and the edge
+# functions add 3. So rounding moves a ray sideways by less than 16 * unit * reach, where unit is
+# the unit roundoff. The outer neighbours lie twice as far away.
 RADIUS = 32 * FAIR.unit
 _RINGS = ((RADIUS, 12), (RADIUS / 3, 4))    # ring's radius / reach, number of neighbours on it
-# Do not judge a ray by its neighbours if the outer neighbours would be turned by this angle or
-# more, in radians.
+# Do not judge a ray by neighbours that would be turned by this angle (radians) or more.
 _WIDEST = 0.05
-# A ray that certainly hits a triangle needs no neighbours if the largest possible t of this hit is
-# close to the exact t. _SAME is the largest difference that counts as close, as a share of t.
+# A ray that certainly hits a triangle needs no neighbours if the largest possible t of the hit
+# exceeds the exact t by at most this share of t.
 _SAME = 1e-4
 
 
@@ -62,10 +56,10 @@ class Acceptance:
     ----------
     exact : the answers of exact arithmetic; t is correctly rounded to float64
     must_hit, may_hit : (n,) bool
-    starts : (n + 1,) int; the acceptable triangles of ray i are entries starts[i] to
-        starts[i + 1] - 1 of the following arrays
-    triangle : (k,) int32, acceptable triangles. If several triangles have the same corners in the
-        same order, only the triangle with the lowest index is listed
+    starts : (n + 1,) int; entries starts[i] to starts[i + 1] - 1 of `triangle`, `t_low` and
+        `t_high` belong to ray i
+    triangle : (k,) int32, acceptable triangles; of triangles with the same corners in the same
+        order, only the lowest index
     copy_of : (m,) int, for each triangle the lowest index of a triangle with the same corners in
         the same order
     t_low, t_high : (k,) float64, the smallest and the largest acceptable t on each element of
@@ -90,8 +84,8 @@ class Acceptance:
         return self.must_hit | ~self.may_hit
 
     def entry(self, triangle: np.ndarray) -> np.ndarray:
-        """Return (n,) int, for each ray the index of the entry of the reported ``triangle``, (n,)
-        int; -1 if the triangle is not acceptable."""
+        """Return (n,) int, the entry of each ray's reported ``triangle``, (n,) int; -1 if the
+        triangle is not acceptable."""
         ray = np.repeat(np.arange(len(self)), np.diff(self.starts))
         found = np.full(len(self), -1)
         first = np.full(len(self), -1)
@@ -130,7 +124,7 @@ def acceptance(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndar
         doubtful = np.flatnonzero(exact.hit & ~(limit - exact.t <= _SAME * np.abs(exact.t)))
     limit[doubtful] = np.minimum(limit[doubtful],
                                  _behind_neighbours(vertices, exact, doubtful, *rays))
-    # An engine cannot report a t beyond the range of float32, so a ray with such a t need not hit.
+    # A ray whose t exceeds the range of float32 need not hit: no engine can report such a t.
     must_hit = limit <= np.finfo(np.float32).max
     kept = np.flatnonzero(t - bound <= limit[ray])
     kept = kept[np.lexsort((triangle[kept], ray[kept]))]
@@ -144,9 +138,6 @@ def acceptance(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndar
 def exact_hits(vertices: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                t_min: np.ndarray, t_max: np.ndarray) -> Hits:
     """Return the exact hits, with t, u and v correctly rounded to float64.
-
-    Bounds on the errors of float64 decide which triangles most rays hit. Integer arithmetic
-    decides the other rays, and computes t, u and v of all hits.
 
     Parameters
     ----------
@@ -201,7 +192,7 @@ def _behind_neighbours(vertices: np.ndarray, exact: Hits, rays: np.ndarray, orig
     The result is inf unless all neighbours certainly hit within the interval, and their triangles
     meet at the edge or vertex through which the ray passes.
     """
-    # Scale directions by powers of two. `trace` rounds the turned directions to float32, in which
+    # Scale directions by powers of two: `trace` rounds the turned directions to float32, where
     # very long or very short directions would overflow or become denormal.
     exponent = np.frexp(np.abs(directions[rays]).max(axis=1, initial=0))[1]
     o, d = origins[rays], np.ldexp(directions[rays], -exponent[:, None])
@@ -234,10 +225,8 @@ def _behind_neighbours(vertices: np.ndarray, exact: Hits, rays: np.ndarray, orig
 
 def _meet(vertices: np.ndarray, triangle: np.ndarray, around: np.ndarray, origins: np.ndarray,
           directions: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Return whether all triangles that a ray's neighbours hit meet the ray's own triangle.
-
-    The triangles meet if all of them contain the same two corners, or the same corner that is
-    nearer to the ray than ``radius``.
+    """Return whether all triangles that a ray's neighbours hit meet the ray's own triangle: they
+    contain the same two corners, or the same corner nearer to the ray than ``radius``.
 
     Parameters
     ----------
@@ -249,7 +238,7 @@ def _meet(vertices: np.ndarray, triangle: np.ndarray, around: np.ndarray, origin
     -------
     (k,) bool
     """
-    # Add 0.0, which turns -0 into +0, so that equal corners are equal to the bit.
+    # Adding 0.0 turns -0 into +0, so that equal corners are equal to the bit.
     _, corner = np.unique(vertices.reshape(-1, 3) + 0.0, axis=0, return_inverse=True)
     corner = corner.reshape(-1, 3)
     mine, theirs = corner[triangle], corner[around]

@@ -1,9 +1,8 @@
 """Exact hits: nearest hits in integers, for rays that float64 cannot decide.
 
 Cramer's rule solves ``o + t d = (1 - u - v) v0 + u v1 + v v2``. Every float32 number is an integer
-times a power of two, so the equation is solved in integers. Python integers have no limit. Only
-the final t, u and v are rounded, each to the nearest float64. A pair of ray and triangle takes
-about 10 microseconds.
+times a power of two, so Python's unlimited integers solve the equation exactly. Only the final t,
+u and v are rounded, each to the nearest float64.
 """
 from __future__ import annotations
 
@@ -42,8 +41,7 @@ class ExactPairs:
         return _quotients(self.above, self.below, self.inside)
 
     def within(self, t_min: np.ndarray, t_max: np.ndarray) -> np.ndarray:
-        """Return whether a pair is a hit with t in its interval, (k,) bool; both ends are
-        included."""
+        """Return (k,) bool, whether each pair is a hit with t in its interval, ends included."""
         hit = self.inside.copy()
         for end, sign in ((t_min, 1), (t_max, -1)):
             hit &= sign * np.where(np.isinf(end), end, 0) <= 0
@@ -146,8 +144,8 @@ def trace_exact(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
 
 
 def _integers(*arrays: np.ndarray) -> tuple[list[np.ndarray], int]:
-    """Return an array of integers for each given array, and an exponent e. The given numbers are
-    these integers times 2^e."""
+    """Return an array of integers for each given array, and an exponent e: a given number is its
+    integer times 2^e."""
     parts = [np.frexp(np.asarray(array, np.float64)) for array in arrays]
     least = min((int(exponent[number != 0].min(initial=1 << 30)) for number, exponent in parts),
                 default=0)

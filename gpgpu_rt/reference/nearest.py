@@ -1,18 +1,17 @@
 """Reference tracer: nearest hits in float64 on the CPU, by brute force or with `ReferenceTree`.
 
-The triangle test is by Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT
-2(1), 2013. The test moves the ray's origin to 0, permutes the axes so that the direction's largest
-component is z, and shears the vertices so that the ray lies on the z axis. Three 2D edge functions
-then decide. An edge function is a difference of two products. Rounding may make it 0,
-but never gives it the wrong sign. The triangle on the other side of an edge has exactly the
-negated edge function, so no ray is lost between the two triangles.
+The triangle test is by Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1),
+2013. It moves, permutes and shears the vertices so that the ray lies on the z axis and z is the
+direction's largest component. Three 2D edge functions then decide. Rounding may make an edge
+function 0, but never gives it the wrong sign. The triangle on the other side of an edge has
+exactly the negated edge function, so no ray passes between the two triangles.
 
 The test departs from the paper in four points. It accepts triangles that face either way. It does
 not fall back to a higher precision. A hit must also lie in the bounding box of the sheared
-triangle: for a tiny triangle far from the ray, all three edge functions may round to zero, which
-would count as a hit. The fourth point: t is the distance of the triangle's plane, clamped to the
-range of the vertices' distances, because the paper's interpolation of the depths is inexact for
-rays near long thin triangles.
+triangle, because all three edge functions of a tiny, distant triangle may round to zero, which
+would count as a hit. And t is the distance of the triangle's plane, clamped to the range of the
+vertices' distances, because the paper's interpolated depth is inexact for rays near long thin
+triangles.
 """
 from __future__ import annotations
 
@@ -37,9 +36,8 @@ def trace(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
           accelerated: bool = False, invalid: str = "raise") -> Hits:
     """Return nearest hits, with t, u and v in float64.
 
-    Vertices, rays, t_min and t_max are rounded to float32 on entry; all further arithmetic is
-    float64. A triangle without area is never hit. Among triangles at equal t, the lowest index
-    wins.
+    Vertices, rays, t_min and t_max are rounded to float32 on entry; all arithmetic is float64. A
+    triangle without area is never hit. Among triangles at equal t, the lowest index wins.
 
     Parameters
     ----------
@@ -87,12 +85,10 @@ def settle(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
            ) -> tuple[Hits, int]:
     """Return the hits, after deciding in integers the rays that float64 cannot decide.
 
-    The error bounds of `error_bounds` for float64 tell which triangles may be a ray's nearest hit.
-    A ray is doubtful if there are several such triangles, or if there is only one and its hit is
-    not certain. A ray is doubtful, for example, if it passes near an edge, if its hit is near an
-    end of the interval, or if two triangles are almost equally far. `nearest_of_pairs` then
-    chooses among these triangles. Copies of a triangle cause no doubt, because the lowest index
-    wins.
+    Error bounds of float64 tell which triangles may be a ray's nearest hit. A ray is doubtful if
+    several triangles may be, or if the only such triangle is not certainly hit. `nearest_of_pairs`
+    then chooses among these triangles. Copies of a triangle cause no doubt, because the lowest
+    index wins.
 
     Parameters
     ----------
@@ -128,7 +124,7 @@ def settle(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
 def _candidates(vertices: np.ndarray, different: np.ndarray, origins: np.ndarray,
                 directions: np.ndarray, t_min: np.ndarray, t_max: np.ndarray
                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return all pairs in which the triangle may be the ray's nearest hit, as rays (k,) and
+    """Return the pairs in which the triangle may be the ray's nearest hit, as rays (k,) and
     triangles (k,); and whether the nearest hit of each ray is doubtful, (n,) bool."""
     limit = t_max.copy()        # upper bound of the nearest hit's t
     kept = []
@@ -166,7 +162,7 @@ class _Bundle:
 def _nearest(hits: Hits, rays: np.ndarray, solid: np.ndarray, bundle: _Bundle,
              corners: np.ndarray, pairs: Iterator[tuple[np.ndarray, np.ndarray]]) -> None:
     """Test the pairs of (ray, triangle) and store each ray's nearest hit in ``hits``. At equal t,
-    store the triangle with the lowest index."""
+    the lowest index wins."""
     for ray, triangle in pairs:
         t, u, v, accepted = _intersect(bundle, corners, ray, triangle)
         found = np.flatnonzero(accepted)
@@ -217,8 +213,8 @@ def _all_pairs(rays: int, triangles: int) -> Iterator[tuple[np.ndarray, np.ndarr
 
 
 def has_area(vertices: np.ndarray) -> np.ndarray:
-    """Return (m,) bool, whether each triangle of ``vertices`` (m, 3, 3) has an area. The result is
-    false where the normal is exactly zero in float64."""
+    """Return (m,) bool, whether each triangle of ``vertices`` (m, 3, 3) has a nonzero normal in
+    float64."""
     normal = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
     return (normal != 0).any(axis=1)
 

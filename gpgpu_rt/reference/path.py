@@ -2,15 +2,13 @@
 
 The algorithm is path tracing (Kajiya, "The Rendering Equation", SIGGRAPH 1986). At each vertex, a
 path samples one light (next-event estimation), then continues in a direction sampled from the
-material. Both ways may find the same light, so the power heuristic (for a sky, the balance
-heuristic) weights the light of each way (Veach and Guibas, "Optimally Combining Sampling
-Techniques for Monte Carlo Rendering", SIGGRAPH 1995). The reference and the shaders use the same
-random numbers and sample the same lights. Their pictures differ only because the shaders round to
-float32. Sometimes rounding makes a path of the shaders hit another surface.
+material. Both techniques may find the same light, so the power heuristic (for a sky, the balance
+heuristic) weights the light of each (Veach and Guibas, "Optimally Combining Sampling Techniques
+for Monte Carlo Rendering", SIGGRAPH 1995). The shaders use the same random numbers and lights, so
+pictures differ only by float32 rounding.
 
-In physics, radiance is multiplied by a factor where light enters a denser medium, and divided by
-the same factor where light leaves the medium. Both the reference and the shaders omit this factor.
-The omission matters only for a light or an eye inside glass.
+Neither the reference nor the shaders scale radiance where light enters or leaves a denser medium,
+as physics would. This matters only for a light or an eye inside glass.
 """
 from __future__ import annotations
 
@@ -41,9 +39,9 @@ TINY = 1e-30        # guards divisions by a density that may be 0
 
 @dataclass
 class PathPicture:
-    """A picture of linear radiance: ``mean`` is the mean of each pixel's samples, and ``error`` is
-    the standard error of this mean, estimated from the samples' variance. Both are (height, width,
-    3) float64."""
+    """A picture of linear radiance, (height, width, 3) float64 each: ``mean`` of each pixel's
+    samples, and ``error``, the standard error of this mean, estimated from the samples'
+    variance."""
 
     mean: np.ndarray
     error: np.ndarray
@@ -61,8 +59,8 @@ def path_picture(scene: Scene, size: tuple[int, int], samples: int,
     samples : paths per pixel
     settings : the path settings
     camera : by default the scene's own camera
-    first_sample : number of the first sample of each pixel; a sample's number determines its
-        random numbers
+    first_sample : number of each pixel's first sample; a sample's number determines its random
+        numbers
     """
     width, height = size
     pixels = width * height
@@ -106,8 +104,8 @@ class _Paths:
         self.origin = np.broadcast_to(np.float32(camera.eye), direction.shape).copy()
         self.direction = direction
         self.weight = np.ones((len(x), 3))
-        # The probability density of the ray's direction; infinite if only this direction was
-        # possible, as for eye rays, mirrors and glass.
+        # The probability density of the ray's direction; infinite for eye rays, mirrors and
+        # glass, which had only one possible direction.
         self.density = np.full(len(x), np.inf)
         self.light = np.zeros((len(x), 3))
         self.alive = np.arange(len(x))
@@ -148,18 +146,16 @@ class _Paths:
     def _far_density(self, direction: np.ndarray, radiance: np.ndarray, found: np.ndarray
                      ) -> np.ndarray:
         """Return the density with which next-event estimation samples the surroundings in each
-        ``direction``, from which ``radiance`` comes. An image is sampled in proportion to its
-        luminance. For a sky, directions are sampled as the material scatters light, with the
-        path's density ``found``. Either density is multiplied by the probability that the
-        surroundings are chosen as the light."""
+        ``direction``, including the probability of choosing the surroundings. An image is sampled
+        in proportion to the luminance of its ``radiance``. A sky is sampled as the material
+        scatters light, with the density ``found``."""
         light = self.scene.environment.image_light if self.scene.environment else None
         return self.lights.far * (found if light is None else light.density(direction, radiance))
 
     def _far_weight(self, mine: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return the weight of one way to find light of the surroundings, divided by this way's
-        density ``mine``; ``other`` is the density of the other way. For an image, the power
-        heuristic gives the weight. For a sky, the two densities are proportional, so the balance
-        heuristic suffices."""
+        """Return the weight of light of the surroundings, divided by ``mine``, the density of the
+        sampling technique that found the light. ``other`` is the other technique's density. For a
+        sky, the densities are proportional, so the balance heuristic suffices."""
         if self.scene.environment is not None and self.scene.environment.image_light is not None:
             return _power_weight(mine, other)
         return 1 / np.maximum(mine + other, TINY)
@@ -223,9 +219,8 @@ class _Paths:
 
     def _lit_from_afar(self, at: _Surfaces, hits: Hits, rows: np.ndarray, random: np.ndarray
                        ) -> None:
-        """Add the light of the surroundings at the vertices ``rows``, for which the surroundings
-        were chosen as the light. An image is sampled in proportion to its luminance. For a sky,
-        directions are sampled as the material of the vertex scatters light."""
+        """Add the light of the surroundings at the vertices ``rows``, which chose the surroundings
+        as their light; see `_far_density`."""
         if not len(rows):
             return
         environment = self.scene.environment
@@ -249,7 +244,7 @@ class _Paths:
         self.light[paths] += free[:, None] * self.weight[paths] * arrives[useful]
 
     def _go_on(self, at: _Surfaces, hits: Hits, vertex: int) -> None:
-        """Choose the next ray of each path. Remove from ``alive`` the paths that end."""
+        """Choose the next ray of each path, and remove from ``alive`` the paths that end."""
         random = self._random(self.alive, vertex, 0)
         direction, weight, density = at.next(random)
         weight *= self.weight[self.alive]
@@ -323,8 +318,8 @@ class _Surfaces:
 
     def next(self, random: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Sample directions from which light may arrive, with (n, 4) random numbers. Return the
-        directions (n, 3); their weights (n, 3), which are 0 where the path ends; and their
-        densities (n,). The second random number is left for Russian roulette."""
+        directions (n, 3); their weights (n, 3), 0 where the path ends; and their densities (n,).
+        Russian roulette uses the second random number."""
         n = len(random)
         direction, weight = np.zeros((n, 3)), np.zeros((n, 3))
         density = np.full(n, np.inf)
@@ -353,9 +348,8 @@ class _Surfaces:
 
     @staticmethod
     def _off(direction: np.ndarray, side: np.ndarray) -> np.ndarray:
-        """Return the directions, after mirroring each direction that points to the wrong side of
-        its flat triangle. The normal ``side`` points to the correct side. An interpolated normal
-        may send a direction to the wrong side."""
+        """Return the directions, mirrored where an interpolated normal made them point to the
+        wrong side of the flat triangle. The normal ``side`` points to the right side."""
         away = _dot(direction, side) <= 0
         return np.where(away[:, None], _reflect(direction, side), direction)
 
@@ -366,9 +360,8 @@ def _trace(scene: Scene, origins: np.ndarray, directions: np.ndarray) -> Hits:
 
 
 def _power_weight(mine: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the power heuristic's weight of a sampling technique, divided by the technique's
-    density ``mine``; ``other`` is the density of the second technique. The result is 0 where
-    ``mine`` is 0."""
+    """Return the power heuristic's weight of a sampling technique, divided by its density
+    ``mine``, or 0 where that is 0. ``other`` is the other technique's density."""
     most = np.maximum(np.maximum(mine, other), TINY)
     mine, other = mine / most, other / most
     return mine / (np.maximum(mine ** 2 + other ** 2, TINY) * most)

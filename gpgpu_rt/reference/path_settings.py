@@ -17,11 +17,10 @@ class PathSettings:
     ----------
     bounces : largest number of bounces of a path; with 0, only emitting surfaces and surroundings
         are visible
-    roulette : the first vertex at which Russian roulette may end a path. A path of small weight
-        ends more often; the weight of a path that continues grows to compensate
-    seed : the seed of the random numbers; each seed gives different noise
-    sampler : "sobol" for numbers that are evenly distributed over the samples of a pixel, or
-        "random"
+    roulette : first vertex at which Russian roulette may end a path, more often at small weight;
+        the surviving paths' weight grows to compensate
+    seed : the seed of the random numbers
+    sampler : "sobol" for numbers evenly distributed over a pixel's samples, or "random"
 
     Raises
     ------

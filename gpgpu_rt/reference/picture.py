@@ -13,8 +13,8 @@ GROUND, OVERHEAD = np.array((0.16, 0.14, 0.12)), np.array((0.26, 0.29, 0.33))
 def reference_picture(scene: Scene, size: tuple[int, int]) -> np.ndarray:
     """Return the picture of the scene's own camera, (height, width, 3) float64 sRGB in [0, 1].
 
-    This function uses the formulas of ``render/surfaces.frag`` and ``render/picture.frag``. A test
-    compares the returned picture with the picture of these shaders.
+    The formulas are those of ``render/surfaces.frag`` and ``render/picture.frag``; a test compares
+    the pictures.
     """
     width, height = size
     origins, directions = (a.reshape(-1, 3) for a in scene.camera.rays(size))
@@ -41,10 +41,10 @@ def _surfaces(scene: Scene, origins: np.ndarray, directions: np.ndarray, t: np.n
     to_light = np.asarray(scene.light.position) - points
     distance = np.linalg.norm(to_light, axis=1, keepdims=True)
     cosine = np.maximum(_dot(normal, to_light / distance), 0)
-    # Trace from the light to the point. This needs no offset, because the first hit is either the
+    # Trace from the light to the point, which needs no offset: the first hit is either the
     # point's own triangle or an occluder. A hit at 1 - 1e-5 of the distance or beyond means that
-    # the point is lit. This is wrong only at grazing angles, where the rounding of the direction
-    # to float32 moves the hit, and where a surface receives almost no light.
+    # the point is lit. This errs only at grazing angles, where rounding the direction to float32
+    # moves the hit but the surface receives almost no light.
     back = trace(scene, np.broadcast_to(scene.light.position, points.shape), -to_light,
                  accelerated=True)
     lit = ((back.triangle == triangle) | (back.t >= 1 - 1e-5))[:, None]

@@ -16,14 +16,14 @@ def random_numbers(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: i
     ----------
     x, y, sample : (n,) int each, or scalars: the pixel, and the number of the sample
     bounce : the vertex of the path, 0 for the eye
-    block : the group of four random numbers at the vertex ``bounce``
+    block : the group of four random numbers at this vertex
     seed : each seed gives different numbers
     """
     return cell_middles(random_bits(counters(x, y, sample, bounce, block, seed)))
 
 
 def counters(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int) -> np.ndarray:
-    """Return (n, 4) uint32 counters, from which random numbers are hashed. Different arguments
+    """Return (n, 4) uint32 counters, from which random numbers are hashed; different arguments
     give different counters."""
     for value, most in ((bounce, MOST_BOUNCES), (block, BLOCKS), (seed, MOST_SEEDS)):
         if not 0 <= value < most:

@@ -1,5 +1,4 @@
-"""Refraction through two interfaces of a mesh in float64: the reference for image-space
-refraction."""
+"""Refraction through a mesh in float64: the reference for image-space refraction."""
 from __future__ import annotations
 
 import numpy as np
@@ -15,8 +14,7 @@ def refract(directions: np.ndarray, normals: np.ndarray, ratio: float
     ----------
     directions : (n, 3) unit directions of the incoming rays
     normals : (n, 3) unit normals on the incoming side
-    ratio : the refractive index in front of the interface divided by the refractive index behind
-        it
+    ratio : the refractive index in front of the interface divided by that behind it
 
     Returns
     -------

@@ -1,7 +1,7 @@
 """Sampling of directions and points, Fresnel's equations and Snell's law, in float64.
 
 ``glsl/render/sample.glsl`` and ``glsl/render/fresnel.glsl`` do the same on the GPU and name the
-papers.
+papers. Densities are per steradian; random numbers lie in (0, 1).
 """
 from __future__ import annotations
 
@@ -9,21 +9,20 @@ import numpy as np
 
 
 def sample_cosine(random: np.ndarray) -> np.ndarray:
-    """Return (n, 3) unit directions around z with density cosine / pi, from (n, 2) random numbers
-    in (0, 1)."""
+    """Return (n, 3) unit directions around z with density cosine / pi, from (n, 2) random
+    numbers."""
     disc = _disc(random)
     return np.column_stack([disc, np.sqrt(np.maximum(1 - (disc * disc).sum(axis=1), 0))])
 
 
 def cosine_density(cosine: np.ndarray) -> np.ndarray:
-    """Return the density of `sample_cosine` per steradian, for directions whose angle to z has
-    this cosine."""
+    """Return the density of `sample_cosine` at the given cosines of the angle to z."""
     return np.maximum(cosine, 0) / np.pi
 
 
 def sample_lobe(random: np.ndarray, exponent: np.ndarray) -> np.ndarray:
-    """Return (n, 3) unit directions from (n, 2) random numbers in (0, 1). The density is
-    proportional to cos^exponent of the angle to z. ``exponent`` is (n,) or a number."""
+    """Return (n, 3) unit directions from (n, 2) random numbers, with density proportional to
+    cos^exponent of the angle to z. ``exponent`` is (n,) or a number."""
     disc = _disc(random)
     radius_2 = (disc * disc).sum(axis=1)
     x = np.log1p(-radius_2) / (exponent + 1)
@@ -31,21 +30,20 @@ def sample_lobe(random: np.ndarray, exponent: np.ndarray) -> np.ndarray:
 
 
 def lobe_density(cosine: np.ndarray, exponent: np.ndarray) -> np.ndarray:
-    """Return the density of `sample_lobe` per steradian, for directions whose angle to z has this
-    cosine."""
+    """Return the density of `sample_lobe` at the given cosines of the angle to z."""
     return (exponent + 1) / (2 * np.pi) * np.clip(cosine, 0, 1) ** exponent * (cosine > 0)
 
 
 def sample_triangle(random: np.ndarray) -> np.ndarray:
     """Return (n, 2) barycentric weights of a triangle's second and third corner from (n, 2) random
-    numbers in (0, 1). The points are uniform by area."""
+    numbers, uniform by area."""
     s = np.sqrt(random[:, 0])
     return np.column_stack([s * (1 - random[:, 1]), s * random[:, 1]])
 
 
 def frames_around(z: np.ndarray) -> np.ndarray:
-    """Return orthonormal frames, (n, 3, 3): rows 0 and 1 are axes at right angles to the unit
-    vectors ``z``, (n, 3), and row 2 is ``z``."""
+    """Return orthonormal frames, (n, 3, 3). Row 2 of each frame is the given unit vector ``z``,
+    (n, 3)."""
     sign = np.where(z[:, 2] < 0, -1.0, 1.0)
     a = -1 / (sign + z[:, 2])
     b = z[:, 0] * z[:, 1] * a
@@ -55,14 +53,13 @@ def frames_around(z: np.ndarray) -> np.ndarray:
 
 
 def fresnel(cosine: np.ndarray, ior: np.ndarray) -> np.ndarray:
-    """Return (n,) the share of unpolarised light that an interface reflects; 1 for total internal
+    """Return (n,) the share of unpolarised light that an interface reflects; 1 for total
     reflection.
 
     Parameters
     ----------
     cosine : (n,) cosine between the reversed incoming ray and the normal on its side
-    ior : (n,) or a number, the refractive index behind the interface divided by the refractive
-        index in front of it
+    ior : (n,) or a number, the refractive index behind the interface divided by that in front
     """
     sine_2 = (1 - cosine ** 2) / ior ** 2
     through = np.sqrt(np.maximum(1 - sine_2, 0))
@@ -78,8 +75,7 @@ def refracted(direction: np.ndarray, normal: np.ndarray, ior: np.ndarray) -> np.
     ----------
     direction : (n, 3) unit directions of the incoming rays
     normal : (n, 3) unit normals on the incoming side
-    ior : (n,) or a number, the refractive index behind the interface divided by the refractive
-        index in front of it
+    ior : (n,) or a number, the refractive index behind the interface divided by that in front
     """
     ior = np.reshape(ior, (-1, 1))
     cosine = -(direction * normal).sum(axis=1, keepdims=True)

@@ -7,8 +7,8 @@ import numpy as np
 
 from .random_numbers import cell_middles, counters, random_bits
 
-# Keys are hashes of counters. NO_SAMPLE replaces the sample's number in these counters, so all
-# samples of a pixel have equal keys.
+# Keys are hashes of counters in which NO_SAMPLE replaces the sample's number, so all samples of
+# a pixel have equal keys.
 NO_SAMPLE = 0xFFFFFFFF
 _MASKS = ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F), (8, 0x00FF00FF), (16, 0x0000FFFF))
 
@@ -50,8 +50,8 @@ def sobol_bits(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int) 
 
 
 def shuffled(sample: np.ndarray, key: np.ndarray) -> np.ndarray:
-    """Return (n,) uint32, the number of the Sobol point that each sample uses; ``key`` determines
-    the shuffled order."""
+    """Return (n,) uint32, the number of the Sobol point that each sample uses; ``key``
+    shuffles."""
     low = reversed_bits(permuted(reversed_bits(sample), key)) & np.uint32(0xFFFF)
     return low | (sample & np.uint32(0xFFFF0000))
 

@@ -19,10 +19,10 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
 
     An origin is offset from the hit point along the triangle's normal, to the side of the new
     direction. The offset is the error bound of the hit point plus the usual error of the
-    watertight test in float32. The test has larger errors for long thin triangles. So as long as
-    the test reports that the new ray hits the triangle of the hit, the offset is doubled, up to
-    the triangle's extent. A bisection then reduces the offset, so that it exceeds the necessary
-    offset by at most a seventh. ``glsl/render/spawn.glsl`` derives the offset.
+    watertight test in float32. The test has larger errors for long thin triangles. So while the
+    new ray hits the triangle of the hit, the offset is doubled, up to the triangle's extent. A
+    bisection then brings it to at most a seventh above the necessary offset.
+    ``glsl/render/spawn.glsl`` derives the offset.
 
     Parameters
     ----------
@@ -32,8 +32,7 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
 
     Returns
     -------
-    (n, 3) float32, NaN where there was no hit or the direction is invalid; trace such rays with
-    ``invalid="miss"``
+    (n, 3) float32, NaN for a miss or an invalid direction; trace such rays with ``invalid="miss"``
 
     Raises
     ------
@@ -73,9 +72,8 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
 
 def _further(offset: np.ndarray, low: np.ndarray, high: np.ndarray, most: np.ndarray
              ) -> np.ndarray:
-    """Return the next offsets, (k, 1) float32. Offsets are doubled until an offset succeeds. They
-    are then bisected between ``low``, the largest offset that failed, and ``high``, the smallest
-    offset that succeeded."""
+    """Return the next offsets, (k, 1) float32: doubled until an offset succeeds, then bisected
+    between ``low``, the largest offset that failed, and ``high``, the smallest that succeeded."""
     succeeded = np.isfinite(high)
     doubled = np.where(2 * offset <= most, 2 * offset, offset)
     gap = np.where(succeeded, high - low, 0)

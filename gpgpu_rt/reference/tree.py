@@ -1,11 +1,10 @@
 """Reference tree: a bounding volume tree in float64 for the reference tracer.
 
-The builder repeatedly sorts a list of triangles along an axis and halves the list. The chosen axis
-is the axis for which the boxes of the two halves have the least area. Node i of level l contains
-the triangles from floor(i m / 2^l) to floor((i + 1) m / 2^l) - 1 of the ordered list of m
-triangles, so no links are stored. Traversal works on batches of pairs (ray, node), nearer children
-first. A pair is dropped only if the ray misses the node's box within the ray's interval, so the
-triangles that remain at the end include every hit.
+The builder repeatedly sorts a list of triangles along an axis and halves it. The axis is chosen so
+that the boxes of the halves have the least total area. Node i of level l contains the triangles
+from floor(i m / 2^l) to floor((i + 1) m / 2^l) - 1 of the ordered list of m triangles, so no links
+are stored. Traversal works on batches of pairs (ray, node), nearer children first. A pair is
+dropped only if the ray misses the node's box within the ray's interval, so no hit is lost.
 """
 from __future__ import annotations
 
@@ -17,8 +16,8 @@ import numpy as np
 
 _LEAF = 3               # most triangles in a leaf
 _PAIRS = 1 << 18        # most pairs in a batch
-# Boxes are widened by this share of the coordinates: far more than float64's rounding, and too
-# little to add a noticeable number of tests.
+# Widen boxes by this share of the coordinates: far above float64's rounding, and too little to
+# add a noticeable number of tests.
 _PADDING = 1e-12
 _TINY = 1e-300
 _MOST_KEPT, _LARGEST_KEPT = 3, 1 << 20      # trees to keep; largest tree to keep, in triangles
@@ -26,8 +25,6 @@ _MOST_KEPT, _LARGEST_KEPT = 3, 1 << 20      # trees to keep; largest tree to kee
 
 class ReferenceTree:
     """A tree of boxes over m > 0 triangles, given as (m, 3, 3) float64 vertices.
-
-    `of` keeps the trees of the last calls, for calls with the same vertices.
 
     Attributes
     ----------
@@ -68,8 +65,8 @@ class ReferenceTree:
         self.boxes = boxes[::-1]
 
     def _starts(self, level: int) -> np.ndarray:
-        """Return (2^level + 1,): for each node of a level, the position of its first triangle in
-        the ordered list; and at the end, the number of triangles."""
+        """Return (2^level + 1,): the position in the ordered list of each node's first triangle,
+        then the number of triangles."""
         return np.arange((1 << level) + 1) * self.count >> level
 
     def _halve(self, lo: np.ndarray, hi: np.ndarray, level: int) -> None:
@@ -92,9 +89,8 @@ class ReferenceTree:
               ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Yield, in batches, all pairs (ray, triangle) whose ray meets the triangle's leaf box.
 
-        The traversal reads ``t_max`` again for each batch of nodes. A caller that searches for the
-        nearest hit writes smaller values into ``t_max`` between batches, which prunes further
-        nodes. Batches of nearer nodes come first.
+        The traversal reads ``t_max`` again for each batch of nodes, nearer nodes first. A caller
+        may reduce ``t_max`` between batches, to prune further nodes.
 
         Parameters
         ----------
@@ -136,8 +132,8 @@ class ReferenceTree:
 
     def _set_rays(self, origins: np.ndarray, directions: np.ndarray, t_min: np.ndarray,
                   t_max: np.ndarray, margin: np.ndarray | float) -> None:
-        """Store the inverse directions and the origins for the slab test. Boxes are widened by
-        moving the origins, so the tests of lower and upper corners use different origins."""
+        """Store the inverse directions and the origins for the slab test. Moved origins widen the
+        boxes, so lower and upper corners are tested with different origins."""
         scale = np.abs(self.boxes[0]).max() + np.abs(origins).max(axis=1, initial=0)
         padding = (_PADDING * scale + _TINY + margin)[:, None]
         self._inv_dir = (1.0 / np.where(directions == 0, _TINY, directions)).T.copy()
@@ -147,9 +143,8 @@ class ReferenceTree:
 
     def _meets(self, level: int, ray: np.ndarray, node: np.ndarray
                ) -> tuple[np.ndarray, np.ndarray]:
-        """Return for p pairs the t at which the ray enters the node's widened box, or the ray's
-        t_min if that is larger, (p,); and whether the ray meets the box within its interval, (p,)
-        bool."""
+        """Return for p pairs the t at which the ray enters the node's widened box, at least its
+        t_min, (p,); and whether the ray meets the box within its interval, (p,) bool."""
         t_min, t_max = self._interval
         enter, leave = t_min[ray], t_max[ray]
         lo, hi = self.boxes[level]

@@ -1,5 +1,4 @@
-"""Verdicts: whether an engine's answers are right, wrong or undecidable in float32, and the error
-of t."""
+"""Verdicts: whether an engine's answers are right, wrong or undecidable; and the error of t."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -62,8 +61,8 @@ def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
           known: Acceptance | None = None) -> Verdicts:
     """Judge an engine's answers: is each right, wrong, or undecidable in float32?
 
-    Triangles and rays are rounded to float32. If the engine computes in float64, give it the
-    rounded arrays. Otherwise, its right answers may count as wrong.
+    Triangles and rays are rounded to float32. Give an engine that computes in float64 the rounded
+    arrays; otherwise, its right answers may count as wrong.
 
     Parameters
     ----------

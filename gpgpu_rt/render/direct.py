@@ -5,8 +5,8 @@ from .whitted import Whitted
 
 
 class Direct(Whitted):
-    """Whitted's ray tracing without bounces. If a scene has no mirrors and no glass, the picture
-    is the same as the picture of `Whitted`."""
+    """Whitted's ray tracing without bounces; without mirrors and glass, the picture is that of
+    `Whitted`."""
 
     name = "direct"
     options = tuple(option for option in Whitted.options if option.name != "bounces")

@@ -7,15 +7,14 @@ from ..errors import LimitError
 from ..scene.scene import Scene
 from ..scene.texture import Texture
 
-# Largest width and height of the packed texture, in texels; renderers support textures of this
-# size. The packed texture is wider than WIDTH only if a material's texture is wider than WIDTH.
+# Largest width and height of the packed texture, in texels, which renderers support. A wider
+# texture of a material makes the packed texture wider.
 WIDTH, HEIGHT = 8192, 16384
 
 
 def places(scene: Scene) -> dict[str, np.ndarray]:
-    """Return the fields of the record IMAGE (``records.py``) for each material: the rectangle of
-    the material's image in the packed texture, or zeros if the material has no image or no
-    triangle uses the material."""
+    """Return the fields of the record IMAGE (``records.py``) for each material: its image's
+    rectangle in the packed texture, or zeros if the material has no image or no triangle."""
     corners = np.zeros((len(scene.materials), 4), np.int32)
     found = {id(t): (x, y) for t, x, y in _shelved(scene)}   # only textures in use
     for k, material in enumerate(scene.materials):
@@ -46,9 +45,8 @@ def atlas(scene: Scene) -> np.ndarray:
 
 
 def _shelved(scene: Scene) -> list[tuple[Texture, int, int]]:
-    """Return each different texture with the column and row of its corner in the packed texture.
-
-    Textures are placed side by side in rows, in order of decreasing height."""
+    """Return each different texture with the column and row of its corner in the packed texture:
+    side by side in rows, in order of decreasing height."""
     textures = {id(m.texture): m.texture for m in scene.used_materials if m.texture is not None}
     width = max([WIDTH] + [t.texels.shape[1] for t in textures.values()])
     found = []

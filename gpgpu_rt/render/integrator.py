@@ -1,10 +1,9 @@
 """Integrator: draws a picture by passes over streams of rays.
 
-A new integrator declares its ``streams`` and ``passes``, and runs the passes in ``draw``. The
-properties of a scene set GLSL defines (``render/needs.py``). Each stream or pass may name some of
-these defines, and then exists only if the scene sets at least one of the named defines. The
-integrator traces rays with the tracer's method: ``trace(rays)`` returns hits, and ``trace(rays,
-any_hit=True)`` finds whether rays are occluded.
+A new integrator declares its ``streams`` and ``passes``, and runs the passes in ``draw``. A
+scene's properties set GLSL defines (``render/needs.py``); a stream or pass that names defines
+exists only if the scene sets one of them. ``trace(rays)`` returns hits by the tracer's method;
+``trace(rays, any_hit=True)`` finds whether rays are occluded.
 """
 from __future__ import annotations
 
@@ -51,14 +50,13 @@ class PicturePass:
     ----------
     name : The name of the pass in plans.
     entry : The program's file in ``glsl/``.
-    wanted : The pass exists if one of these defines is set. If the tuple is empty, the pass always
-        exists.
+    wanted : The pass exists if one of these defines is set, or if the tuple is empty.
     reads : The streams that the program reads, as (name in the program, record).
     writes : The streams that the program writes, as (name in the program, record) or (name,
         record, define). A stream with a define is written only if the define is set.
     defines : Further defines, beside the defines of the scene.
-    points : The vertex program, if the pass draws points; it reads the streams of ``reads``. Empty
-        for any other pass.
+    points : The vertex program, which reads the streams of ``reads``, if the pass draws points;
+        otherwise empty.
     """
 
     name: str
@@ -73,10 +71,8 @@ class PicturePass:
 ALL_FEATURES = Option(
     "all_features", False, "build the programs, textures and passes of every feature, even those "
     "that the scene does not require; the picture is the same", bool, label="build every feature")
-# The default is 8 bounces because each depth of refraction needs separate textures and doubles
-# the number of branches. Light usually leaves solid glass after one or two inner reflections. A
-# picture with 8 bounces takes a third of the time of a picture with 12 bounces. The two pictures
-# differ by at most one grey level on average.
+# Each depth of refraction needs its own textures and doubles the branches, and light usually
+# leaves solid glass after one or two inner reflections.
 BOUNCES = Option("bounces", 8, "largest number of successive reflections and refractions",
                  int, minimum=0, maximum=64, label="most bounces")
 LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays from each visible point towards emitting "
@@ -89,15 +85,15 @@ SAMPLES = Option("samples", 1, "samples per pixel, whose light is averaged; 1: a
 
 
 class Integrator:
-    """The base class of all integrators: the scene's textures, the streams for one size of
-    picture, and the programs.
+    """The base class of integrators: the scene's textures, the streams for one size of picture,
+    and the programs.
 
     Parameters
     ----------
     gpu : the OpenGL context
     scene : the scene to draw
     needs : what a picture of the scene needs: properties to support, bounces and shadow rays
-    intersection : the triangle test. The origins of spawned rays depend on the errors of this test
+    intersection : the triangle test; the origins of spawned rays depend on its errors
     """
 
     name: str
@@ -135,7 +131,7 @@ class Integrator:
                      given["all_features"], samples=given["samples"])
 
     def take(self, scene: Scene) -> None:
-        """Use this scene from now on: the first scene, or the same scene with moved triangles."""
+        """Use this scene from now on: the first scene, or the same with moved triangles."""
         self.scene = scene
         self.textures.take(scene)
         self._uniforms = self.textures.uniforms(scene)
@@ -143,8 +139,7 @@ class Integrator:
             program.set(**self._uniforms)
 
     def streams(self) -> tuple[PixelStream, ...]:
-        """Return all streams that this integrator declares, including streams that the scene does
-        not need."""
+        """Return all declared streams, including those that the scene does not need."""
         raise NotImplementedError
 
     def draw(self, trace: Trace, rays: RayTextures, camera: Camera) -> np.ndarray:
@@ -152,35 +147,30 @@ class Integrator:
         raise NotImplementedError
 
     def start(self, region: Region, options: Mapping[str, Any] = {}) -> None:
-        """Allocate the streams for a region of a picture, and reset the counts of the last
-        picture.
-
-        ``options`` are the integrator's options. Most of them have already determined ``needs``.
-        """
+        """Allocate the streams for a region of a picture, and reset the counts."""
         self.given = resolve_options(options, self.options, f"integrator {self.name}")
         self.region = region
         self._make_room(region.size)
         self.drawn.clear()
         self.fetches, self.vertices = 0, []
         if self.needs.want(("MOVING",)) and self.needs.asked.all_features:
-            # With all features on, the picture has the cost of a renderer that supports
-            # everything. Such a renderer does not know whether triangles moved, so it writes the
-            # tables again.
+            # A renderer that supports every feature does not know whether triangles moved, so it
+            # writes the tables again.
             self.textures.take(self.scene)
 
     @property
     def is_plain(self) -> bool:
-        """Whether the picture shows its light without an exposure and without a tone curve."""
+        """Whether the picture is shown without an exposure and a tone curve."""
         return is_plain(self.given["exposure"], self.given["tone_map"])
 
     def show(self, light: np.ndarray) -> np.ndarray:
-        """Return linear light, (height, width, 3) float64, as uint8 sRGB. The options ``exposure``
-        and ``tone_map`` decide the conversion."""
+        """Return linear light, (height, width, 3) float64, as uint8 sRGB by the options
+        ``exposure`` and ``tone_map``."""
         return shown(light, self.given["exposure"], self.given["tone_map"])
 
     def _make_room(self, size: tuple[int, int]) -> None:
-        """Allocate streams of (width, height) texels. Reuse the streams of the last picture if
-        they have the same size."""
+        """Allocate streams of (width, height) texels, or reuse the last picture's streams if they
+        have this size."""
         self.size = size
         if self.room is None or self.room.size != size:
             self._release_room()
@@ -196,7 +186,7 @@ class Integrator:
     def run(self, name: str, target: Drawable, samplers: Samplers,
             rectangles: Rectangles | None = None, points: int = 0, **uniforms: Any) -> None:
         """Run a pass over the whole target or over rectangles, or draw ``points`` points. The
-        scene's textures are bound in addition to ``samplers``."""
+        scene's textures are bound beside ``samplers``."""
         program = self.program(name)
         program.set(**uniforms)
         samplers = {**self.textures.samplers(), **samplers}
@@ -209,7 +199,7 @@ class Integrator:
         self.fetches += sum(texels.get(sampler, 1) for sampler in program.samplers)
 
     def program(self, name: str) -> FullScreenPass | PrimitivePass:
-        """Return the program of a pass. It is compiled at its first use."""
+        """Return the program of a pass, compiled at its first use."""
         if name not in self._programs:
             declared = next(p for p in self.passes if p.name == name)
             assert self.needs.want(declared.wanted), f"{name} is not for this scene"
@@ -241,8 +231,8 @@ class Integrator:
 
     @property
     def planned(self) -> SceneNeeds:
-        """The needs of a picture of the current size. `needs` may also include features that only
-        pictures of other sizes use."""
+        """The needs of a picture of the current size; `needs` may include features that only other
+        sizes use."""
         return self.needs
 
     @property

@@ -12,8 +12,8 @@ DEFAULT = Whitted.name
 
 
 def find_integrator(name: str | None) -> type[Integrator]:
-    """Return the integrator with this name, or the default integrator for None. Raise OptionError
-    for an unknown name."""
+    """Return the integrator with this name, by default Whitted. Raise OptionError for an unknown
+    name."""
     if name is None:
         return INTEGRATORS[DEFAULT]
     if not isinstance(name, str) or name not in INTEGRATORS:

@@ -6,8 +6,8 @@ import numpy as np
 from ..scene.scene import Scene
 from .needs import SceneNeeds
 
-# Steps of a low-discrepancy sequence in the unit square (Roberts 2018). They are inverse powers of
-# the plastic number, which is the root of x^3 = x + 1.
+# Steps of a low-discrepancy sequence in the unit square: inverse powers of the plastic number, the
+# root of x^3 = x + 1 (Roberts 2018).
 _PLASTIC = 1.32471795724474602596
 _STEP = np.array((1 / _PLASTIC, 1 / _PLASTIC ** 2))
 
@@ -17,11 +17,11 @@ Uniforms = dict[str, object]
 def light_uniforms(scene: Scene, needs: SceneNeeds, depth: int = 0, sample: int = 0
                    ) -> list[Uniforms]:
     """Return the uniforms of ``render/light.glsl`` for each shadow ray of a hit. If the programs
-    expect a light and the scene has none, the list contains a black point light.
+    expect a light and the scene has none, return a black point light.
 
-    ``depth`` is the number of bounces so far. With each bounce there are more rays, and each ray
-    has less weight. Therefore each bounce halves the number of shadow rays towards emitting
-    triangles. Each ``sample`` of a pixel uses other points on these triangles.
+    ``depth`` is the number of bounces so far. Each bounce multiplies the rays and reduces their
+    weight, so it halves the shadow rays towards emitting triangles. Each ``sample`` of a pixel
+    uses other points on these triangles.
     """
     lights: list[Uniforms] = [
         {"light_position": light.position, "light_intensity": light.intensity,
@@ -41,8 +41,7 @@ def _places(scene: Scene, count: int, sample: int) -> list[Uniforms]:
 
     If there are at least as many points as triangles, each triangle has at least one point, and
     its power is divided among its points. Otherwise, each point represents an equal share of the
-    total power. A point then represents its own triangle and neighbouring triangles in the list
-    that have no point.
+    total power: its own triangle and neighbours in the list that have no point.
     """
     rows = scene.emitters
     corners = scene.triangles[rows].astype(np.float64)
@@ -53,8 +52,8 @@ def _places(scene: Scene, count: int, sample: int) -> list[Uniforms]:
     if len(rows) <= count:
         wanted = power / power.sum() * count
         chosen = np.maximum(np.floor(wanted), 1).astype(int)
-        # Change one point at a time until the sum is right. This takes at most as many rounds as
-        # there are triangles. A bright triangle may lose several points to dark ones.
+        # Change one point at a time until the sum is right. A bright triangle may lose several
+        # points.
         while chosen.sum() != count:
             step = 1 if chosen.sum() < count else -1
             gap = np.where((step < 0) & (chosen == 1), -np.inf, step * (wanted - chosen))

@@ -1,9 +1,8 @@
 """Needs: the table that decides which programs, textures and passes a picture needs.
 
-Each row of ``PROPERTIES`` describes a property of scenes: how to detect it, which defines it sets,
-which tables it adds, and what to tell the user if the property is absent. An integrator declares
-which define each of its streams and passes needs (``render/integrator.py``). These rows and
-declarations decide what is compiled, allocated, fetched and drawn. To add a property, add a row.
+Each row of ``PROPERTIES`` says how to detect a property of scenes, which defines and tables it
+adds, and what to tell the user if it is absent. Streams and passes of integrators declare which
+defines they need (``render/integrator.py``). To add a property, add a row.
 """
 from __future__ import annotations
 
@@ -28,9 +27,9 @@ from .records import (
     POINT_LIGHT, SURFACE, SURROUNDINGS_ROW
 )
 
-# A ray of Whitted's ray tracing continues only while its weight in a pixel is at least CUTOFF. A
-# ray of less weight would change a channel of an 8 bit picture by at most a quarter of a step,
-# unless it finds light that is brighter than white.
+# Whitted's ray tracing follows a ray only while its weight in a pixel is at least CUTOFF. Dropped
+# rays change a channel of an 8 bit picture by at most a quarter of a step, unless they find light
+# brighter than white.
 CUTOFF = 1 / 1024
 
 
@@ -47,8 +46,8 @@ class Asked:
     paths : whether to trace paths, which sample one light at each vertex and continue from any
         surface
     sampler : the random numbers of paths, "sobol" or "random"
-    samples : the number of pictures that are averaged. It is 1 with paths, because the integrator
-        of paths averages samples itself
+    samples : the number of pictures that are averaged; 1 with paths, whose integrator averages its
+        own samples
     packs : whether live paths may be packed into smaller textures
     """
 
@@ -67,8 +66,7 @@ class Table:
     """A table that a picture's programs read: its record, and a function that makes the record's
     arrays from a scene.
 
-    A ``geometric`` table is stored in the format of the option ``storage``, and changes when
-    vertices move.
+    A ``geometric`` table changes when vertices move, and has the format of the option ``storage``.
     """
 
     record: Record
@@ -78,7 +76,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Property:
-    """A property of a scene that needs support by the renderer.
+    """A property of a scene that the renderer must support.
 
     Attributes
     ----------
@@ -90,7 +88,7 @@ class Property:
     images : further textures: "images" of materials, "surroundings_image", "surroundings_sums"
     bouncing : whether the property matters only with bounces
     of_paths : whether the property matters only if paths are traced
-    of_request : whether only the picture's options decide whether the property is present
+    of_request : whether the property depends only on the picture's options
     """
 
     name: str
@@ -105,7 +103,7 @@ class Property:
 
 
 def _some(has: Callable[[Any], Any]) -> Callable[[Scene, Asked], bool]:
-    """Return a test of scenes. A scene passes if ``has`` is true for a material in use."""
+    """Return a test that a scene passes if ``has`` is true for a material in use."""
     return lambda scene, asked: any(has(material) for material in scene.used_materials)
 
 
@@ -117,9 +115,8 @@ def _kind(kind: str) -> Callable[[Scene, Asked], bool]:
 SURFACES = Table(SURFACE, lambda scene: {
     "normal": Column(len(scene), lambda rows: unit_normals(scene.triangles[rows])),
     "material": scene.material_of})
-# The tracer's triangle table is sorted as its method needs, but a hit names its triangle by the
-# index in the scene's order. Rays that leave surfaces therefore need a second triangle table, in
-# the scene's order.
+# Hits name triangles in the scene's order, but the tracer's triangle table is in its method's
+# order. Rays that leave surfaces therefore need a second table.
 LEFT_SURFACES = Table(TRIANGLE, lambda scene: triangle_table(scene.triangles)[TRIANGLE.name],
                       geometric=True)
 _MIRROR = Table(MIRROR, lambda scene: {"share": [m.mirror for m in scene.materials]})
@@ -214,7 +211,7 @@ PROPERTIES: tuple[Property, ...] = (
 @dataclass(frozen=True)
 class SceneNeeds:
     """The needs of a scene: the properties that programs must support, the bounces that matter,
-    and the shadow rays of a hit. The method ``of`` derives the needs.
+    and the shadow rays of a hit.
 
     Attributes
     ----------
@@ -259,7 +256,7 @@ class SceneNeeds:
 
     @property
     def tables(self) -> tuple[Table, ...]:
-        """The tables that programs read, without repetition."""
+        """The tables that programs read, each once."""
         tables = {SURFACE.name: SURFACES}
         for p in self._rows(self.present):
             tables.update({table.record.name: table for table in p.tables})
@@ -267,11 +264,11 @@ class SceneNeeds:
 
     @property
     def images(self) -> tuple[str, ...]:
-        """The textures that programs read in addition to tables."""
+        """The textures that programs read beside tables."""
         return tuple(image for p in self._rows(self.present) for image in p.images)
 
     def want(self, defines: tuple[str, ...]) -> bool:
-        """Return whether one of the defines is set. Return True for an empty tuple."""
+        """Return whether one of the defines is set, or none is given."""
         return not defines or any(define in self.defines for define in defines)
 
     def why_not(self, *, define: str | None = None, table: str | None = None,
@@ -309,13 +306,12 @@ def _defines(names: Any) -> tuple[str, ...]:
 
 
 def _bounces(scene: Scene, asked: Asked) -> int:
-    """Return the largest number of bounces after which a ray's weight may still reach CUTOFF.
-
-    The option ``bounces`` limits this number."""
+    """Return the largest number of bounces, up to the option ``bounces``, after which a ray's
+    weight may still reach CUTOFF."""
     if asked.all_features or any(m.ior is not None for m in scene.used_materials):
         return asked.bounces
     share = max((max(m.mirror) for m in scene.used_materials), default=0.0)
     if not 0 < share < 1:
         return asked.bounces if share else 0
-    # Add a little to the ratio of logarithms, for rounding in the shaders.
+    # Allow for rounding in the shaders.
     return min(asked.bounces, math.floor(math.log(CUTOFF) / math.log(share) + 1e-3))

@@ -1,16 +1,14 @@
 """Packed paths: packs the live paths of a wave side by side into smaller textures.
 
-A wave is a set of paths that are traced together. A live path is a path that has not ended. When a
-path ends, its texel stays in the texture. A traversal pass still runs over the whole texture. Rays
-that have ended then share packets or SIMD lanes with live rays. Stream reduction (D. Horn, "Stream
-Reduction Operations for GPGPU Applications", GPU Gems 2, 2005; survey, sections 3.6 and 4.3) packs
-the live paths. The reduction keeps the order of squares of 8x8 texels, so packets and tiles still
-contain neighbours.
+A wave is a set of paths that are traced together. A path is live until it ends. The texels of
+ended paths stay in the texture, where they share packets or SIMD lanes with live rays. Stream
+reduction (D. Horn, "Stream Reduction Operations for GPGPU Applications", GPU Gems 2, 2005; survey,
+sections 3.6 and 4.3) packs the live paths, in the order of squares of 8x8 texels, so that packets
+and tiles still contain neighbours.
 
-Each packed path keeps the position of its original texel, because the path's random numbers depend
-on this position. The path also keeps the light that it has found. In the end, a pass draws a point
-for each packed path. The point adds the path's light to the original texel. Packing therefore does
-not change the bits of a picture.
+A packed path keeps the position of its original texel, on which its random numbers depend. In the
+end, a pass draws a point for each packed path, which adds the path's light to this texel. So
+packing does not change the bits of a picture.
 """
 from __future__ import annotations
 
@@ -41,11 +39,11 @@ from .records import CAME_FROM, RADIANCE, WALK
 
 LEAST = 1 << 11     # texels of the smallest textures; smaller passes would not be faster
 PACKED = ("PACKED_PATHS",)
-# The largest share that the option ``compact`` accepts. With this share, the smaller textures need
-# three times the memory of a wave.
+# Largest share that the option ``compact`` accepts: the smaller textures then need three times the
+# memory of a wave.
 MOST_SHARE = 0.75
 SHARES = {"auto": 0.25, "on": 0.25, "off": 0.0}
-# With this number of texels or more, packing a wave saves time; see docs/path-tracing.md.
+# Packing saves time in waves of at least this many texels; see docs/path-tracing.md.
 AUTO = 1 << 15
 
 COMPACT = Option("compact", "auto", "pack the remaining paths into smaller textures: on, off, "
@@ -72,7 +70,7 @@ class PathTextures:
     Parameters
     ----------
     gpu : the OpenGL context
-    room : the streams of the paths; packed paths also have the streams "rays" and "came from"
+    room : the streams of the paths; for packed paths, also "rays" and "came from"
 
     Attributes
     ----------
@@ -94,16 +92,16 @@ class PathTextures:
         return "came from" in self.room
 
     def start(self, rays: RayTextures) -> None:
-        """Start paths that continue along these rays, and unmask all texels."""
+        """Start paths along these rays, and unmask all texels."""
         self.now, self.then, self.walk = rays, self.room.rays["next rays"], ("walk 0", "walk 1")
         self.gpu.clear(self.mask, depth=1.0)
 
     def turn(self) -> None:
-        """Swap the streams, so that the next vertex reads what the last vertex wrote."""
+        """Swap the streams: the next vertex reads what the last vertex wrote."""
         self.now, self.then, self.walk = self.then, self.now, self.walk[::-1]
 
     def samplers(self) -> dict[str, moderngl.Texture]:
-        """Return the textures of the path states, which a vertex reads in addition to the rays."""
+        """Return the textures of the path states, which a vertex reads beside the rays."""
         packed = self.room.samplers("came from", "came_from") if self.packed else {}
         return {**self.room.samplers(self.walk[0], "walk"), **packed}
 
@@ -119,22 +117,21 @@ class PathTextures:
             release(target)
 
     def release(self) -> None:
-        """Free the mask. The owner of the streams releases them."""
+        """Free the mask, but not the streams."""
         release(self.mask, self._depth)
 
 
 class PackedPaths:
-    """The smaller textures for packed paths.
-
-    Each size has ``share`` times as many texels as the next larger size.
+    """The smaller textures for packed paths; each size has ``share`` times the texels of the next
+    larger size.
 
     Parameters
     ----------
     drawer : the integrator; its passes pack its streams
     size : (width, height) of a wave
     precision : the precision of the textures
-    share : paths are packed into the next smaller textures if at most this share of the texels
-        contains live paths; 0 turns packing off
+    share : pack paths into the next smaller textures if at most this share of the texels contains
+        live paths; 0 turns packing off
     """
 
     def __init__(self, drawer: Integrator, size: tuple[int, int], precision: Precision,
@@ -154,14 +151,14 @@ class PackedPaths:
         return [level.size for level in self._levels]
 
     def pack(self, level: PathTextures, live: int) -> PathTextures:
-        """Pack ``live`` paths into the smallest textures that hold them, and return these
-        textures. If no smaller textures hold the paths, return ``level``. Before packing, add the
-        light that the paths have found to their original texels.
+        """Pack ``live`` paths into the smallest textures that hold them, after adding their light
+        to their original texels. Return these textures, or ``level`` if no smaller textures hold
+        the paths.
 
         Parameters
         ----------
         level : the current textures of the paths
-        live : the number of paths that have not ended
+        live : the number of live paths
         """
         fits = [other for other in self._levels if live <= other.texels < level.texels]
         if not fits:
@@ -185,8 +182,7 @@ class PackedPaths:
         return smaller
 
     def bring_back(self, level: PathTextures) -> None:
-        """Add the light that packed paths have found so far to their original texels in the
-        wave."""
+        """Add the light of packed paths to their original texels in the wave."""
         assert self._drawer.room is not None
         if level.packed:
             self._drawer.run("bring back", self._drawer.room.target("radiance"), {
@@ -194,7 +190,7 @@ class PackedPaths:
                 points=self._kept, size=self.wave, squares_a_row=_across(level.size))
 
     def bytes(self) -> dict[str, int]:
-        """Return the bytes of each stream in each size, by a name that contains both."""
+        """Return the bytes of each stream in each size, by name."""
         return {f"{name} of {room.size[0]}x{room.size[1]} packed": taken
                 for room in self._rooms for name, taken in room.bytes().items()}
 
@@ -203,9 +199,8 @@ class PackedPaths:
 
 
 def share_of(options: Mapping[str, Any], texels: int = AUTO) -> float:
-    """Return the largest share of live paths at which a wave of ``texels`` texels is packed.
-
-    The option ``compact`` decides. The share is 0 if the wave is never packed."""
+    """Return the largest share of live paths at which a wave of ``texels`` texels is packed by the
+    option ``compact``; 0 for never."""
     share = SHARES.get(options["compact"], options["compact"])
     if options["compact"] == "auto" and texels < AUTO:
         share = 0.0
@@ -216,11 +211,9 @@ def share_of(options: Mapping[str, Any], texels: int = AUTO) -> float:
 
 
 def packed_sizes(size: tuple[int, int], share: float) -> list[tuple[int, int]]:
-    """Return the sizes of the textures for packed paths.
-
-    The textures hold ``share``, share^2, share^3 ... of a wave's texels, rounded up to whole
-    squares, and at least LEAST texels. If the wave has more texels than float32 can count, the
-    list is empty."""
+    """Return the sizes of the textures for packed paths: ``share``, share^2, share^3 ... of a
+    wave's texels, rounded up to whole squares, and at least LEAST. The list is empty if the wave
+    has more texels than float32 can count."""
     texels, sizes = size[0] * size[1] * share, []
     while LEAST <= texels and _elements(size) < EXACT_INTEGER:
         sizes.append(squares(int(np.ceil(texels))))

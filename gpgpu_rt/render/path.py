@@ -1,14 +1,13 @@
 """Path tracing: global illumination by waves of paths that advance one vertex at a time.
 
 The algorithm is that of Kajiya, "The Rendering Equation", SIGGRAPH 1986, with next-event
-estimation and Russian roulette. ``reference/path.py`` is the same algorithm in float64, and
-explains the weights. A wave contains a block of texels for each pixel, and each texel is a path.
-The ray of a path that has ended has an empty interval, so every method skips the ray. The depth
-buffer masks the texel of such a path. An occlusion query finds when all paths have ended.
+estimation and Russian roulette; ``reference/path.py`` explains the weights. A wave contains a
+block of texels for each pixel, one path per texel. The ray of an ended path has an empty interval,
+which every method skips, and the depth buffer masks its texel.
 
 Random numbers depend only on seed, pixel, sample and vertex, and samples are added in a fixed
-order. Pictures are therefore bit-identical for all methods, for all sizes of a wave, and with or
-without packing of live paths.
+order. So pictures are bit-identical for all methods and sizes of a wave, with or without packing
+of live paths.
 """
 from __future__ import annotations
 
@@ -125,8 +124,7 @@ class Path(Integrator):
         super().start(region, options)
 
     def _make_room(self, size: tuple[int, int]) -> None:
-        """Allocate streams with a block of texels for each pixel, and sums with one texel for each
-        pixel."""
+        """Allocate streams with a block of texels per pixel, and sums with one texel per pixel."""
         self.block = _block(min(self.samples, WAVE // (size[0] * size[1])), size,
                             self.gpu.max_texture_size)
         super()._make_room((size[0] * self.block[0], size[1] * self.block[1]))
@@ -165,9 +163,8 @@ class Path(Integrator):
         return self.show(self.mean)
 
     def _take_samples(self, trace: Trace, rays: RayTextures, camera: Camera, side: int) -> None:
-        """Trace a wave and add its samples to the sums. There are two streams, "sums 0" and
-        "sums 1". The stream with the number ``side`` has the sums so far, and the other stream
-        receives the new sums."""
+        """Trace a wave and add its samples to the sums: read the stream "sums {side}", write the
+        other."""
         assert self.room is not None and self._sums is not None
         shared = {"block": self.block, "corner": self.region.corner,
                   "first_sample": self.samples_done,
@@ -223,8 +220,7 @@ class Path(Integrator):
         room, context = level.room, self.gpu.context
         found = {**source, **room.samplers(level.walk[1], "walk"), **room.samplers("lit", "lit")}
         if "shadow rays" in room:
-            # Trace before blending is on. For packets, `samplers` runs a pass that unpacks the
-            # hits, and this pass must not blend.
+            # Trace before blending is on: for packets, `samplers` runs a pass that must not blend.
             found.update(trace(room.rays["shadow rays"], any_hit=True).samplers())
             found.update(room.samplers("direct", "direct"))
         with level.target(None, "radiance") as target:
@@ -251,7 +247,7 @@ class Path(Integrator):
         self.vertices[vertex - 1]["texels"] += level.texels
 
     def _finished(self, sums: str) -> bool:
-        """Compute the mean radiance so far and its noise. Return whether the noise has reached the
+        """Compute the mean radiance so far and its noise; return whether the noise reached its
         target."""
         done = self.samples_done
         asked = self.noise_target is not None or self.progress is not None
@@ -285,9 +281,8 @@ def _settings(given: Mapping[str, Any]) -> PathSettings:
 
 
 def _block(most: int, size: tuple[int, int], largest: int) -> tuple[int, int]:
-    """Return the block of texels of a pixel in a wave, (columns, rows). The number of texels is a
-    power of two. If it is larger than 1, it is at most ``most``, and no side of the wave's
-    textures exceeds ``largest``."""
+    """Return the columns and rows of a pixel's block of texels in a wave. Their product is a power
+    of two, at most ``most`` unless 1. No side of the wave's textures exceeds ``largest``."""
     columns = rows = 1
     while 2 * columns * rows <= most:
         wider = 2 * columns * size[0] <= largest and columns <= rows

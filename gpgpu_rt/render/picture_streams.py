@@ -17,9 +17,8 @@ from ..rays.textures import RayTextures
 
 
 def held(record: Record, precision: Precision) -> Record:
-    """Return a stream's record as its textures store it.
-
-    Rays and hits are stored in the format of the option ``storage``, other records in float32."""
+    """Return a stream's record as its textures store it: rays and hits in the format of the option
+    ``storage``, other records in float32."""
     return precision.layout(record) if record in (RAY_TEXELS, HIT) else record
 
 
@@ -31,10 +30,8 @@ class PixelStream:
     ----------
     name : the stream's name in plans
     record : the record of a pixel or tile
-    wanted : the stream exists if one of these defines is set. If the tuple is empty, the stream
-        always exists
-    tile : side in pixels of the tile that a record describes; 1 if there is a record for each
-        pixel
+    wanted : the stream exists if one of these defines is set, or if the tuple is empty
+    tile : side in pixels of the tile that a record describes; 1 for a record per pixel
     """
 
     name: str
@@ -67,12 +64,11 @@ class PictureStreams:
         return self.rays[name].target if name in self.rays else self._own[name]
 
     def samplers(self, name: str, as_name: str) -> Mapping[str, moderngl.Texture]:
-        """Return sampler name -> texture of the stream ``name``, for a program that calls the
-        stream ``as_name``."""
+        """Return sampler name -> texture of a stream that the program calls ``as_name``."""
         return self._of(name).samplers(as_name)
 
     def textures(self, name: str) -> list[moderngl.Texture]:
-        """Return the textures of a stream: a texture for each texel of its record."""
+        """Return the textures of a stream, one for each texel of its record."""
         return self._of(name).textures
 
     def target(self, *names: str) -> Target:

@@ -1,5 +1,4 @@
-"""Plan: the passes, textures and defines of a picture, and the reasons why all other passes,
-textures and defines are left out."""
+"""Plan: the passes, textures and defines of a picture, and why all others are left out."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -18,14 +17,14 @@ class Plan:
     Attributes
     ----------
     integrator : the integrator's name
-    needs : the number of bounces that can matter, the number of shadow rays per hit, the number of
-        bits of a triangle index, and the formats of stored and computed numbers
+    needs : bounces that can matter, shadow rays per hit, bits of a triangle index, and the formats
+        of stored and computed numbers
     present : properties that the scene has, or that options request
     passes : names of the passes, in the order of their declaration
     textures : name of a texture or stream -> its bytes
     defines : the defines of the programs
-    left_out : kind ("pass", "texture" or "define") -> name -> the reason why it is left out, such
-        as the property that the scene lacks
+    left_out : kind ("pass", "texture" or "define") -> name -> the reason, such as the property
+        that the scene lacks
     """
 
     integrator: str
@@ -38,8 +37,8 @@ class Plan:
 
     @classmethod
     def of(cls, drawer: Integrator, of_tracer: Mapping[str, int]) -> Plan:
-        """Return the plan of an integrator whose streams are allocated. ``of_tracer`` has the
-        bytes of the tracer's other textures, by name."""
+        """Return the plan of an integrator whose streams are allocated. ``of_tracer`` maps the
+        tracer's other textures to their bytes."""
         needs, asked = drawer.planned, drawer.needs.asked
         unused = set(drawer.needs.defines) - set(needs.defines)
         streams, passes = drawer.streams(), drawer.passes

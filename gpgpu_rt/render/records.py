@@ -4,10 +4,10 @@ from __future__ import annotations
 from ..gl.record import Record
 
 SURFACE = Record("surface", "normal:vec3 material:int")
-"""The unit normal of a triangle, and the row of its material. Every picture needs this record."""
+"""The unit normal of a triangle, and the row of its material."""
 
 COLOUR = Record("colour", "diffuse:vec3")
-"""The diffuse share of a triangle. This record is used only if triangles have different shares."""
+"""The diffuse share of a triangle, if triangles differ in it."""
 
 CORNER_NORMALS = Record("corner_normals", "n0:vec3 | n1:vec3 | n2:vec3")
 """The normals of a triangle's corners; zeros for a flat triangle."""
@@ -29,17 +29,16 @@ EMISSION = Record("emission", "radiance:vec3")
 
 LIGHT_CHOICE = Record("light_choice", "light:int alias:int keep")
 """An entry of the alias table of lights (``scene/light_choice.py``): a light, its alias, and the
-probability ``keep`` that the light is chosen and not the alias. A light is the row of a triangle,
-or -1 - k for point light k. The surroundings count as the point light after the last one."""
+probability ``keep`` of choosing the light instead of the alias. A light is the row of a triangle,
+or -1 - k for point light k. The surroundings count as the point light after the last."""
 
 POINT_LIGHT = Record("point_light", "position:vec3 | strength:vec3")
-"""A point light that paths sample. It has a position, and a ``strength``: the irradiance of a
-surface that faces the light, divided by the probability that this light is chosen."""
+"""A point light that paths sample: its position, and its ``strength``, which is the irradiance of
+a surface that faces the light, divided by the probability of choosing this light."""
 
 SURROUNDINGS_ROW = Record("surroundings_row", "sum cosine")
 """A row of cells of the image that surrounds a scene (``scene/image_light.py``). ``sum`` is the
-cumulative probability of the rows, up to and including this row. ``cosine`` is the mean cosine of
-the latitude in this row."""
+cumulative probability of the rows up to this row, ``cosine`` the mean cosine of its latitude."""
 
 IMAGE = Record("image", "x:int y:int width:int height:int")
 """The rectangle of a material's image in the texture of all images. Width 0 means no image."""
@@ -54,23 +53,23 @@ RADIANCE = Record("radiance", "sum:vec3")
 """The light that a pixel has gathered so far."""
 
 SCREEN = Record("screen", "colour:vec4")
-"""The final colour of a pixel, sRGB; or its linear light, which the host then
-converts (``tone_map.py``)."""
+"""The final colour of a pixel, sRGB; or its linear light for the host to convert
+(``tone_map.py``)."""
 
 LIVE = Record("live", "weight")
 """The largest weight of the rays in a tile of pixels."""
 
 PATH = Record("path", "weight:vec3")
-"""The weight of a ray: if the ray finds light, its pixel receives this light times ``weight``."""
+"""The weight of a ray: its pixel receives the light that the ray finds, times ``weight``."""
 
 WALK = Record("walk", "weight:vec3 density")
-"""The state of a path. If the path finds light, its pixel receives this light times ``weight``.
-The weight is zero after the path's end. ``density`` is the probability density of the ray's
-direction, or 0 if only this direction was possible."""
+"""The state of a path. Its pixel receives the light that the path finds, times ``weight``, which
+is zero after the path's end. ``density`` is the probability density of the ray's direction, or 0
+if only this direction was possible."""
 
 CAME_FROM = Record("came_from", "x:int y:int")
-"""The texel of a packed path in the wave, before it was packed."""
+"""The original texel of a packed path in the wave."""
 
 SUMS = Record("sums", "total:vec4 | lost:vec4")
-"""The radiance and the squared luminance of a pixel, summed over its paths. ``lost`` is the
-rounding error of these sums so far, which compensated summation needs."""
+"""The radiance and the squared luminance of a pixel, summed over its paths, with the rounding
+error ``lost`` that compensated summation needs."""

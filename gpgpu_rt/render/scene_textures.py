@@ -1,6 +1,4 @@
-"""Scene textures: the tables and images that a picture's shaders read.
-
-A table or image is made only if `SceneNeeds` lists it."""
+"""Scene textures: the tables and images that `SceneNeeds` lists, for a picture's shaders."""
 from __future__ import annotations
 
 import moderngl
@@ -25,8 +23,8 @@ class SceneTextures:
         self.images: dict[str, moderngl.Texture] = {}
 
     def take(self, scene: Scene) -> None:
-        """Write the tables of a scene, and make its images at the first call. A later call is for
-        moved triangles: it writes the tables into the existing textures, and keeps the images."""
+        """Write the tables of a scene, and make its images at the first call. Later calls, for
+        moved triangles, reuse the textures and images."""
         for table in self.needs.tables:
             precision = self.precision if table.geometric else None
             record = precision.layout(table.record) if precision else table.record

@@ -1,9 +1,9 @@
 """Tone map: applies an exposure and a tone curve to linear light, and rounds the result to 8 bits.
 
-The curve decides how light above white is shown. The curve "linear" clips the light. The curve
-"reinhard" compresses luminance by L / (1 + L), which is equation 3 of Reinhard et al. 2002. The
-exposure takes the place of the paper's key value. The curve "aces" is applied to each channel.
-Narkowicz 2015 fitted this curve to the film-like curve of the Academy Color Encoding System.
+The curve decides how light above white is shown. "linear" clips the light. "reinhard" compresses
+luminance by L / (1 + L), equation 3 of Reinhard et al. 2002; the exposure replaces the paper's key
+value. "aces" is Narkowicz's fit (2015) to the film-like curve of the Academy Color Encoding
+System, applied to each channel.
 """
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _BRIGHTEST = 1e30   # clip light here, so that no curve divides infinity by infi
 
 
 def is_plain(exposure: float, tone_map: str) -> bool:
-    """Return whether a picture shows its light without an exposure and without a tone curve."""
+    """Return whether exposure and tone curve have their defaults, which leave light unchanged."""
     return exposure == EXPOSURE.default and tone_map == TONE_MAP.default
 
 

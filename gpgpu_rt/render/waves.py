@@ -13,15 +13,14 @@ from .integrator import Hits, Integrator
 
 
 class Waves:
-    """Traces waves, which are sets of rays, for an integrator, and counts the waves.
+    """Traces and counts waves, which are sets of rays, for an integrator.
 
     Parameters
     ----------
     driver : the driver of the tracer's method
     buffers : state buffers for all sizes of ray textures that the integrator traces
     statistics : receives the counts
-    count_rays : called with the hits of the eye rays (the first wave), to count the work of these
-        rays
+    count_rays : called with the hits of the eye rays (the first wave), to count their work
     """
 
     def __init__(self, driver: Driver, buffers: StateBuffers, statistics: Statistics,
@@ -41,7 +40,7 @@ class Waves:
             self._statistics.vertices = drawer.vertices
 
     def trace(self, rays: RayTextures, any_hit: bool = False) -> Hits:
-        """Trace rays and return the buffer of their hits, which is valid until the next call."""
+        """Trace rays; the returned hits are valid until the next call."""
         buffers = self._buffers.of(rays.size)
         hits, stopped = self._driver.run(rays, buffers, self._statistics, any_hit)
         self._statistics.stopped += stopped

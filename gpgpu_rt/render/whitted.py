@@ -1,15 +1,14 @@
-"""Whitted's ray tracing: direct light with shadows at every hit, and rays that continue by
-reflection and refraction (Whitted, "An Improved Illumination Model for Shaded Display", CACM
-1980).
+"""Whitted's ray tracing: direct light with shadows at every hit, reflection and refraction.
 
-Whitted's recursion runs on the host, over whole images instead of single rays. A branch is a
-sequence of reflections and refractions. A wave contains the rays of one branch, with a texel for
-each pixel. Deep in the tree of branches, most of these rays are empty. An occlusion query counts
-the rays of a branch in the pass that makes them. Without rays, the branch ends. Otherwise, the
-passes of the branch are drawn only on the tiles of the image that have rays.
+The algorithm is that of Whitted, "An Improved Illumination Model for Shaded Display", CACM 1980.
+Its recursion runs on the host, over whole images instead of single rays. A branch is a sequence of
+reflections and refractions. A wave contains the rays of one branch, with a texel for each pixel.
+An occlusion query counts the rays of a branch in the pass that makes them. A branch without rays
+ends; the passes of other branches draw only the tiles that have rays, because most texels are
+empty deep in the tree.
 
-Reflected rays are traced in the next wave, so two sets of textures suffice for all depths.
-Refracted rays wait until their branch is traced, so each depth needs its own textures for them.
+Two sets of textures suffice for reflected rays, which are traced in the next wave. Refracted rays
+wait until their branch is traced, so each depth needs its own textures for them.
 """
 from __future__ import annotations
 
@@ -45,8 +44,7 @@ class Wave:
     Attributes
     ----------
     rays : the textures of the rays
-    path : the texture of the rays' weights. For eye rays, any texture may be given: their weight
-        is 1, and programs do not read the texture
+    path : the texture of the rays' weights; for eye rays any texture, which programs do not read
     depth : the number of bounces so far
     corners : (n, 4), the rectangles of the image that contain rays, in texels; None for the whole
         image
@@ -126,8 +124,8 @@ class Whitted(Integrator):
 
     def _wave(self, trace: Trace, wave: Wave) -> Hits:
         """Trace the rays of a branch, add the light they find, and trace its child branches.
-        Return the hits of the branch's last shadow rays; without shadow rays, the branch's hits.
-        """
+        Return the hits of the branch's last shadow rays, or the branch's hits without shadow
+        rays."""
         assert self.room is not None
         hits = trace(wave.rays)
         source = {**wave.rays.samplers(), **hits.samplers(), **wave.path}
@@ -147,8 +145,8 @@ class Whitted(Integrator):
 
     def _branch(self, word: str, name: str, source: Samplers, wave: Wave,
                 tiles: Rectangles | None) -> list[Wave]:
-        """Make the reflected or the refracted rays of a wave. Return a list with their wave, or an
-        empty list if there are no such rays."""
+        """Make the reflected or the refracted rays of a wave. Return a list with their wave, empty
+        without such rays."""
         assert self.room is not None
         paths = name + " paths"
         self.room.clear_rays(name)
@@ -167,8 +165,8 @@ class Whitted(Integrator):
     def _tiles(self, wave: Wave) -> Rectangles | None:
         """Return the rectangles in which a wave has rays, or None for the whole image.
 
-        If there are rectangles, also clear the shadow rays of the whole image, because passes over
-        the rectangles leave old shadow rays elsewhere."""
+        With rectangles, also clear the shadow rays of the whole image, because later passes leave
+        old shadow rays outside the rectangles."""
         if wave.corners is None:
             return None
         assert self.room is not None
@@ -180,7 +178,7 @@ class Whitted(Integrator):
     def _light(self, trace: Trace, source: Samplers, wave: Wave, tiles: Rectangles | None,
                hits: Hits) -> Hits:
         """Add the light of all lights at the hits. Return the hits of the last shadow rays, or
-        ``hits`` if there are no shadow rays."""
+        ``hits`` without shadow rays."""
         assert self.room is not None
         room, context = self.room, self.gpu.context
         if "kept hits" in room:
@@ -193,8 +191,8 @@ class Whitted(Integrator):
             if "shadow rays" in room:
                 hits = trace(room.rays["shadow rays"], any_hit=True)
             if "radiance" in room:
-                # Get the hits before blending is on. For packets, `samplers` runs a pass that
-                # unpacks the hits, and this pass must not blend.
+                # Get the hits before blending is on: for packets, `samplers` runs a pass that must
+                # not blend.
                 gathered = {**source, **hits.samplers(), **self._lit()}
                 context.enable_only(moderngl.BLEND)
                 context.blend_func = moderngl.ONE, moderngl.ONE
@@ -211,9 +209,9 @@ class Whitted(Integrator):
 
 
 def places_in_pixel(samples: int) -> Iterator[tuple[float, float]]:
-    """Yield the offset of each sample from the pixel's centre, in pixels. All pixels have the same
-    offsets. With 2^k samples, divide the pixel into 2^i columns and 2^(k - i) rows, for any i from
-    0 to k. Each cell of this division contains exactly one sample."""
+    """Yield the offset of each sample from the pixel's centre, in pixels, equal for all pixels. If
+    a pixel with 2^k samples is divided into 2^i columns and 2^(k - i) rows, each cell contains
+    exactly one sample."""
     cells = 1 << (samples - 1).bit_length()
     for first in range(0, samples, _AT_ONCE):    # 2^24 samples in one block would need gigabytes
         points = sobol_first_two(np.arange(first, min(first + _AT_ONCE, samples),

@@ -1,4 +1,4 @@
-"""Figures on the page: convert the files NAME.md and NAME.png of ``make figures`` to HTML."""
+"""Figures on the page: converts the files NAME.md and NAME.png of ``make figures`` to HTML."""
 from __future__ import annotations
 
 import html
@@ -14,8 +14,8 @@ from ..errors import Error, how_to_install
 from ..inspect.data_uris import description_of, image_tag, png_uri
 from .verdict_badges import JudgedFigure, judged_figure, verdict_line
 
-SHORT = 3000     # a figure's text of at most this many characters is shown expanded
-# Attributes of a box that scrolls sideways, also by the keyboard.
+SHORT = 3000     # show a figure's text expanded up to this number of characters
+# Attributes of a box that scrolls sideways, with the keyboard too.
 _WIDE = 'class="wide" tabindex="0"'
 
 
@@ -57,7 +57,7 @@ class Figure:
         Parameters
         ----------
         width : largest width of pictures in pixels
-        known : the figures of the page; links to these figures remain links
+        known : the figures of the page, to which links are kept
         """
         body = self.text.strip()
         if body.startswith("# "):
@@ -76,11 +76,9 @@ class Figure:
 
 
 def to_html(text: str, folder: Path, width: int, known: Collection[str] = ()) -> str:
-    """Convert Markdown to HTML that loads nothing from the network or the disk.
-
-    Pictures in ``folder`` are embedded, links to figures point into the page, and other links
-    become plain text.
-    """
+    """Convert Markdown to HTML that loads nothing from the network or the disk: pictures in
+    ``folder`` are embedded, links to figures point into the page, and other links become plain
+    text."""
     try:
         from markdown_it import MarkdownIt
     except ImportError:
@@ -99,8 +97,7 @@ def to_html(text: str, folder: Path, width: int, known: Collection[str] = ()) ->
 
 
 def _within(token: Any, folder: Path, known: Collection[str]) -> None:
-    """Change a link to a figure's file into a link within the page. Change any other link into
-    text."""
+    """Point links to figures' files into the page, and turn other links into text."""
     if token.type != "link_open":
         return
     name = Path(str(token.attrGet("href"))).stem
@@ -111,10 +108,8 @@ def _within(token: Any, folder: Path, known: Collection[str]) -> None:
 
 
 def _embedded(folder: Path, url: str, text: str, width: int) -> str:
-    """Return HTML with the picture that a text names.
-
-    Only pictures in the folder of the figures are embedded, because the page may be published.
-    """
+    """Return HTML with the picture that a text names. Only pictures in the folder of the figures
+    are embedded, because the page may be published."""
     name = unquote(url)
     try:
         path = (folder / name).resolve()
@@ -130,10 +125,8 @@ def _lacking(name: str) -> str:
 
 
 def _picture(path: Path, text: str, width: int) -> str:
-    """Return HTML with a picture in a box that scrolls sideways on a narrow screen.
-
-    ``text`` describes the picture, if the file itself has no text that describes it.
-    """
+    """Return HTML with a picture in a box that scrolls sideways on a narrow screen. ``text``
+    describes the picture if its file has no description."""
     try:
         tag = image_tag(png_uri(path, width), description_of(path) or text)
         return f"<span {_WIDE}>{tag}</span>"

@@ -1,8 +1,7 @@
 """Films of passes and heat maps of the cost per pixel, made while the page is written.
 
-A film is stored as one picture with all frames below each other and a pixel for each ray. The page
-shows one frame of this picture, enlarged. The page's script moves the picture to show another
-frame. The page therefore stays small, and the reader can pause the film.
+A film is stored as one picture: all frames below each other, with a pixel for each ray. The page's
+script shows one enlarged frame at a time.
 """
 from __future__ import annotations
 
@@ -27,8 +26,8 @@ from ..tracer import Tracer
 
 FRAMES = 60      # largest number of frames of a film
 WHITE = 255
-WIDEST = 1 << 14     # so wide that no picture with a pixel for each ray is made smaller
-SEAM = 1         # rows between the frames of the picture, so that no frame shows its neighbour
+WIDEST = 1 << 14     # so wide that no picture with a pixel for each ray is shrunk
+SEAM = 1         # rows between the frames, so that no frame shows its neighbour
 
 
 class _Film:
@@ -81,10 +80,8 @@ class _Film:
 
 
 def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
-    """Return HTML with the passes of a method over eye rays as a film.
-
-    From frame to frame, the same share of the rays ends.
-    """
+    """Return HTML with the passes of a method over eye rays as a film. From frame to frame, the
+    same share of the rays ends."""
     rays = size[0] * size[1]
     with Tracer(scene, method, schedule="step") as tracer:
         origins, directions = scene.camera.rays(size)
@@ -119,10 +116,8 @@ def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
 
 
 def heat_maps(scene: Scene, methods: Sequence[str], size: tuple[int, int]) -> str:
-    """Return HTML with the heat maps of several methods on one scale.
-
-    A map shows the number of kernel runs of each pixel's ray.
-    """
+    """Return HTML with the heat maps of several methods on one scale: the kernel runs of each
+    pixel's ray."""
     maps = []
     for method in methods:
         with Tracer(scene, method, statistics=True) as tracer:
@@ -162,8 +157,7 @@ def _scale(low: float, high: float, unit: str) -> str:
 
 
 def or_why_not(make: Callable[[], str]) -> str:
-    """Return the result of ``make``, or HTML with its error message, so that the page is written
-    even without a film."""
+    """Return the result of ``make``, or HTML with its error message, to write the page anyway."""
     try:
         return make()
     except Error as failure:

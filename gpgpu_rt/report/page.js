@@ -1,6 +1,6 @@
 "use strict"
-// This script folds the table of contents in a narrow window, marks in it the chapter that the
-// reader sees, and plays the films. The page also works without the script.
+// This script folds the table of contents in a narrow window, marks the chapter in view, and plays
+// the films. The page also works without the script.
 
 const still = matchMedia("(prefers-reduced-motion: reduce)")
 const FRAME_MS = 120, LAST_MS = 1500

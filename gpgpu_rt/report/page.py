@@ -22,16 +22,16 @@ from .figure import Figure, to_html
 from .films import film, heat_maps, or_why_not
 from .verdict_badges import BADGE_STYLE, overview
 
-LIMIT = 15_000_000      # largest size of the page in bytes
-# Largest widths of a picture in pixels. The page uses the first width with which its size stays
-# within LIMIT.
+LIMIT = 15_000_000      # bytes
+# Largest widths of a picture in pixels. The page uses the first width that keeps its size within
+# LIMIT.
 WIDTHS = (1400, 1000, 700, 450)
 
 PARTS = importlib.resources.files(__package__)
 STYLE, SCRIPT = (PARTS.joinpath(name).read_text(encoding="utf-8")
                  for name in ("page.css", "page.js"))
-# The content security policy forbids all requests, so even a faulty page cannot contact a server.
-# It allows only the page's own script, which the policy names by the script's digest.
+# The content security policy forbids all requests, so that even a faulty page cannot contact a
+# server, and all scripts except the page's own, whose digest it names.
 _DIGEST = base64.b64encode(hashlib.sha256(SCRIPT.encode()).digest()).decode()
 _HEAD = f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">
@@ -78,14 +78,13 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
     Parameters
     ----------
     output : the HTML file to write, at most LIMIT bytes
-    figures : the folder that ``python -m gpgpu_rt.figures`` writes. The page lists the figures
-        that are missing there
+    figures : the folder that ``python -m gpgpu_rt.figures`` writes; the page lists missing figures
     scene : the scene of the films and heat maps
     size : (width, height) in rays of the films and heat maps
-    films : whether to make films and heat maps. They take a minute and need an OpenGL context
+    films : whether to make films and heat maps, which takes a minute and needs an OpenGL context
     say : called with each line about progress
-    web : the folder that ``make web`` writes. The page links to each page there that belongs to a
-        figure. The links are relative, so publish the page and the folder together
+    web : the folder that ``make web`` writes. The page links to its pages that belong to a figure.
+        The links are relative, so publish the page and the folder together
 
     Raises
     ------
@@ -101,8 +100,8 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
     made: dict[tuple[Any, ...], str] = {}
 
     def once(make: Callable[..., str], *arguments: Any) -> str:
-        """Return the HTML of a film or of heat maps. Make this HTML only once, even if the page is
-        assembled again."""
+        """Return the HTML of a film or of heat maps, made once although the page may be assembled
+        again."""
         key = make, arguments
         if key not in made:
             what = arguments[0] if isinstance(arguments[0], str) else ", ".join(arguments[0])
@@ -158,7 +157,7 @@ def _opening(there: list[str], named: set[str]) -> str:
 
 
 def _link(twin: Twin, web: Path, output: Path) -> str:
-    """Return a link to the interactive page of a figure; "" if the page was not written."""
+    """Return a link to a figure's interactive page; "" if the page was not written."""
     if not (web / twin.file).is_file():
         return ""
     place = quote(Path(os.path.relpath(web / twin.file, output.parent)).as_posix())

@@ -22,7 +22,7 @@ class JudgedFigure:
     Attributes
     ----------
     name, title : the figure's name and title
-    verdict : the fields of the verdict, as the figure's JSON file holds them
+    verdict : the fields of the verdict in the figure's JSON file
     """
 
     name: str
@@ -54,7 +54,7 @@ def judged_figure(name: str, title: str, folder: Path) -> JudgedFigure | None:
 
 
 def badge(word: str, text: str | None = None) -> str:
-    """Return a badge that says a verdict's word, or ``text``, in the colours of the outcome."""
+    """Return a badge with a verdict's word, or ``text``, in the colours of the outcome."""
     outcome = outcome_of(word)
     return (f'<span class="badge" style="background:{outcome.paper};color:{outcome.ink}">'
             f"{html.escape(text or word)}</span>")
@@ -68,8 +68,7 @@ def verdict_line(one: JudgedFigure) -> str:
 
 
 def overview(figures: Iterable[JudgedFigure]) -> str:
-    """Return the section that says how many figures are confirmed, contradicted and so on, with
-    a link to each figure."""
+    """Return the section that counts the figures of each outcome and links to them."""
     every = list(figures)
     parts, counts = [], []
     for outcome in OUTCOMES:

@@ -1,5 +1,4 @@
-"""Verdict words: the words of the verdicts on the survey's figures, and what each word means for
-a reader who wants to know what came out."""
+"""Verdict words: the words of the verdicts on the survey's figures, and their outcomes."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -27,8 +26,8 @@ class Outcome:
     ----------
     name : what came out
     words : the words of these verdicts
-    paper, ink : colours of a badge and of its text. The badges of "confirmed" and "contradicted"
-        differ in lightness too, for colour-blind readers
+    paper, ink : colours of a badge and of its text; those of "confirmed" and "contradicted" also
+        differ in lightness, for colour-blind readers
     """
 
     name: str
@@ -44,7 +43,7 @@ OUTCOMES = (Outcome("confirmed", (REPRODUCED,), "#0b5394", "#ffffff"),
 
 
 def outcome_of(word: str) -> Outcome:
-    """Return the outcome to which a verdict's word belongs; the last one for an unknown word."""
+    """Return the outcome to which a verdict's word belongs; the last for an unknown word."""
     return next((one for one in OUTCOMES if word in one.words), OUTCOMES[-1])
 
 
@@ -54,7 +53,7 @@ def score(verdict: Mapping[str, Any]) -> str:
 
     Parameters
     ----------
-    verdict : the fields of a verdict, as a figure's JSON file holds them
+    verdict : the fields of a verdict in a figure's JSON file
     """
     scenes = f", on {counted(len(verdict['scenes']), 'scene')}"
     if verdict["claims"]:

@@ -30,7 +30,7 @@ class Animation:
     ----------
     scene : the scene at frame 0
     vertices : function from a frame number, 0 or more, to the argument of `Tracer.update`: (v, 3)
-        or (n, 3, 3) float, world units. The result depends only on the frame number
+        or (n, 3, 3) float, world units; the result depends only on the frame number
     frames : the number of frames; None if the animation has no end
     camera : function from a frame number to the camera; None if the scene's camera stands still
     """
@@ -53,8 +53,8 @@ class Animation:
                 ("camera", "moving camera" if self.camera is not None else "")]
 
     def drawing(self, frame: int, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Return arguments of ``Tracer.render`` for a frame: the arguments ``given``, and the
-        frame's camera if the camera moves and ``given`` has no camera."""
+        """Return arguments of ``Tracer.render`` for a frame: ``given``, and the frame's camera if
+        the camera moves and ``given`` has none."""
         if self.camera is None or given.get("camera") is not None:
             return dict(given)
         return {**given, "camera": self.camera(frame)}
@@ -67,7 +67,7 @@ def animation_names() -> list[str]:
 
 @memory_limited
 def load_animation(source: str | os.PathLike[str]) -> Animation:
-    """Return the animation with this name, or the animation in a file.
+    """Return the animation with this name or in this file.
 
     Parameters
     ----------
@@ -124,8 +124,7 @@ def _read(path: Path) -> Animation:
 
 @dataclass(frozen=True)
 class _Recorded:
-    """Returns the vertices of a file at a frame. This is a class, because a closure cannot be
-    pickled."""
+    """Returns the vertices of a file at a frame. Unlike a closure, it can be pickled."""
 
     vertices: np.ndarray
 

@@ -11,8 +11,8 @@ from .material import Material
 
 
 def material_rows(values: Any, count: int, materials: Sequence[Material], name: str) -> np.ndarray:
-    """Check the indices of materials and return them as (count,) int32. For None, all triangles
-    have the first material."""
+    """Check the indices of materials and return them as (count,) int32; None means the first
+    material."""
     if not materials:
         raise SceneError(f"{name}: no materials; give at least one")
     if values is None:
@@ -32,9 +32,9 @@ def material_rows(values: Any, count: int, materials: Sequence[Material], name: 
 
 def corner_values(values: Any, count: int, width: int, name: str,
                   what: str) -> np.ndarray | None:
-    """Check values of the triangles' corners and return them as (count, 3, width) float32. If
-    ``values`` is None, return None. Values of width 3 are normals and get unit length. A triangle
-    with three zero normals is shaded flat."""
+    """Check values of the triangles' corners and return them as (count, 3, width) float32; None
+    stays None. Values of width 3 are normals and get unit length. A triangle with three zero
+    normals is shaded flat."""
     if values is None:
         return None
     try:
@@ -61,9 +61,8 @@ def corner_values(values: Any, count: int, width: int, name: str,
 
 
 def smooth_normals(triangles: np.ndarray, faces: np.ndarray | None = None) -> np.ndarray:
-    """Return (n, 3, 3) float32 normals of corners. The normal at a vertex is the mean of its
-    triangles' normals, weighted by the triangles' angles at the vertex (Thuermer and Wuethrich
-    1998).
+    """Return (n, 3, 3) float32 normals of corners: at each vertex, the mean of its triangles'
+    normals, weighted by their angles at the vertex (Thuermer and Wuethrich 1998).
 
     Parameters
     ----------
@@ -85,8 +84,8 @@ def smooth_normals(triangles: np.ndarray, faces: np.ndarray | None = None) -> np
     weighted = (angle[:, :, None] * flat[:, None]).reshape(-1, 3)
     total = np.stack([np.bincount(vertex, weighted[:, axis]) for axis in range(3)], axis=1)
     normals = _unit(total)[vertex].reshape(corners.shape)
-    # Where the weighted normals cancel, use the triangle's own normal. If the triangle has no
-    # area, use an arbitrary normal there.
+    # Where the weighted normals cancel, use the triangle's own normal, or an arbitrary normal if
+    # the triangle has no area.
     normals = np.where(normals.any(axis=2, keepdims=True), normals, flat[:, None])
     normals = np.where(normals.any(axis=2, keepdims=True), normals, (0.0, 0.0, 1.0))
     return normals.astype(np.float32)

@@ -75,7 +75,7 @@ class Camera:
         Returns
         -------
         right, up, forward : (3,) float64. For x and y in [-1, 1], with y = 1 at the top, the ray
-            through (x, y) has direction forward + x * right + y * up, which is not normalised
+            through (x, y) has direction forward + x * right + y * up, not normalised
         """
         width, height = image_size(size)
         forward = np.subtract(self.target, self.eye)
@@ -92,8 +92,8 @@ class Camera:
 
         Returns
         -------
-        origins, directions : (height, width, 3) float32, row 0 at the top. Directions are
-            normalised in float64, then rounded to float32
+        origins, directions : (height, width, 3) float32, row 0 at the top; directions are
+            normalised in float64, then rounded
         """
         width, height = image_size(size)
         right, up, forward = self.basis(size)
@@ -107,8 +107,8 @@ class Camera:
     @classmethod
     def looking_at(cls, bounds: tuple[np.ndarray, np.ndarray], *, fov: float = 45.0,
                    along: Vector = (-0.45, -0.35, -1.0)) -> Camera:
-        """Return a camera outside a box, y up. The camera sees the whole box in every picture that
-        is at least as wide as high.
+        """Return a camera outside a box, y up, that sees the whole box in every picture at least
+        as wide as high.
 
         Parameters
         ----------
@@ -127,8 +127,8 @@ class Camera:
 
     @classmethod
     def from_dict(cls, entry: Mapping[str, Any], where: str = "camera") -> Camera:
-        """Return the camera of the mapping `entry`. The mapping has the keys `eye` and `target`,
-        and may have `up` and `fov_degrees`. Error messages call the mapping `where`."""
+        """Return the camera of the mapping `entry`, with the keys `eye` and `target`, and
+        optionally `up` and `fov_degrees`. Error messages call the mapping `where`."""
         if not isinstance(entry, Mapping) or not {"eye", "target"} <= set(entry):
             raise SceneError(f"{where}: a camera needs 'eye' and 'target'; add them")
         try:

@@ -30,13 +30,12 @@ class NamedScene:
     name : the scene's name
     triangles : number of triangles of the procedural version, or of ``file``
     make : builds the procedural version; None if there is none
-    stand_in : the original that the procedural version replaces; None if the procedural version
-        is itself the original, or if there is no procedural version
+    stand_in : the original that the procedural version replaces; None if the procedural version is
+        itself the original or does not exist
     original : the source of the original, or "not available"; for a scene without an original,
         what the scene shows
-    page : a text about an original that cannot be fetched, or None. The text says where the owner
-        publishes the original, or that the original was never published. It also says under which
-        name to save a mesh
+    page : for an original that cannot be fetched, where its owner publishes it, or that it was
+        never published, and under which name to save a mesh; else None
     light : position of the light for the scene's mesh; None for a light beside the camera
     paint : makes colours, (n, 3), for a mesh without colours
     takes_argument : whether ``make`` has an argument, as in ``stadium:1e-3``
@@ -141,8 +140,8 @@ def find(text: str) -> tuple[NamedScene, float | None] | None:
     Raises
     ------
     SceneError
-        the text is neither a known name nor a path (the message suggests similar names), or the
-        argument is not a ratio above 0 and at most 1
+        the text is neither a known name nor a path, or the argument is not a ratio above 0 and at
+        most 1
     """
     name, _, argument = text.partition(":")
     row = ROWS.get(name) or ROWS.get(name.replace("-", ""))    # soda-hall is sodahall
@@ -164,7 +163,7 @@ def find(text: str) -> tuple[NamedScene, float | None] | None:
 
 
 def named_folders() -> list[Path]:
-    """Return the folders that GPGPU_RT_SCENES names; warn of a folder that is missing."""
+    """Return the folders that GPGPU_RT_SCENES names; warn of missing folders."""
     words = os.environ.get("GPGPU_RT_SCENES", "").split(os.pathsep)
     given = [Path(word) for word in words if word]
     for folder in given:
@@ -174,19 +173,18 @@ def named_folders() -> list[Path]:
 
 
 def data_folder() -> Path:
-    """Return the folder of fetched scenes in this user's data folder; it may be missing."""
+    """Return this user's folder of fetched scenes, which may be missing."""
     return platformdirs.user_data_path("gpgpu_rt", appauthor=False) / "scenes"
 
 
 def folders() -> list[Path]:
-    """Return the folders in which meshes are searched: the folders of GPGPU_RT_SCENES, then
-    ./scenes, then the folder of fetched scenes."""
+    """Return the folders in which meshes are searched, in the order of the search."""
     return [*named_folders(), Path("scenes"), data_folder()]
 
 
 def mesh_path(name: str) -> Path | None:
-    """Return the mesh file of a named scene; None if there is no file. A scene that can have an
-    argument is always built, so it has no mesh file."""
+    """Return the mesh file of a named scene, or None. A scene that can have an argument is always
+    built, so it has no mesh file."""
     row = ROWS[name]
     if row.takes_argument:
         return None
@@ -196,7 +194,7 @@ def mesh_path(name: str) -> Path | None:
 
 
 def original_file(place: PurePath) -> Path | None:
-    """Return a published file that an animation reads; None if no folder has it.
+    """Return a published file that an animation reads, or None if no folder has it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Declared sizes: checks the sizes in the header of a mesh file before trimesh reads the file."""
+"""Declared sizes: checks the header of a mesh file before trimesh reads the file."""
 from __future__ import annotations
 
 import base64
@@ -54,7 +54,7 @@ def is_text_stl(path: Path) -> bool:
         head = file.read(84)
         file.seek(-min(os.fstat(file.fileno()).st_size, 256), os.SEEK_END)
         tail = file.read().lower()
-    # A binary STL may also begin with "solid", but it contains zero bytes near its end.
+    # A binary STL may also begin with "solid", but has zero bytes near its end.
     text = head.lstrip()[:5].lower() == b"solid" and b"\0" not in tail
     if text and b"endsolid" not in tail:
         raise ValueError("no endsolid at its end")
@@ -101,8 +101,8 @@ def _check_ply(path: Path, size: int) -> None:
                 raise ValueError(f"its header declares {count} of {name}, but the file has "
                                  f"{size} bytes")
         elif words[:1] == ["property"] and len(words) > 2:
-            # Add the least size of a value. In text, the least size is 2 bytes, a digit and a
-            # separator. A list may be empty, so add only the size of the list's length.
+            # Add the least size of a value: in text 2 bytes, a digit and a separator. A list may
+            # be empty, so add only the size of its length.
             needed += count * (2 if ascii_ else _PLY_BYTES.get(
                 words[2] if words[1] == "list" else words[1], 1))
         elif "texturefile" in line.lower() and words[:1] == ["comment"]:
@@ -159,8 +159,7 @@ def _check_tree(path: Path, tree: Mapping[str, Any], size: int, inner: int) -> N
             positions += points
             corners += (accessors[_whole(primitive["indices"])]["count"]
                         if "indices" in primitive else points)
-    # trimesh decodes positions to float64 and indices to int64 for each primitive, even if
-    # primitives share them.
+    # trimesh decodes positions to float64 and indices to int64 for each primitive, even if shared.
     stored = size + sum(buffers)
     check_bytes(sum(sizes) + sum(view["byteLength"] for view in views) + 24 * positions, stored,
                 str(path))
@@ -191,7 +190,7 @@ def _accessor_bytes(k: int, entry: Mapping[str, Any], views: Any, there: int) ->
         needed = (count - 1) * stride + each if count else 0
     else:
         # An accessor without a view is filled with zeros, so even a small file could declare a
-        # huge accessor. Limit its count to the number of bytes in all buffers.
+        # huge one. Limit its count to the number of bytes in all buffers.
         needed = count
     if needed > there:
         raise ValueError(f"accessors[{k}] declares {count} values, but its data holds fewer")
@@ -229,9 +228,8 @@ _CHECKS: Mapping[str, Callable[[Path, int], None]] = {
 
 
 def whole_text(path: Path) -> bytes | None:
-    """Return the file's content if it contains text that is not UTF-8, so that trimesh would have
-    to guess the encoding. The text is converted to UTF-8; in a binary STL, it is replaced by
-    zeros. Return None if trimesh can read the file itself."""
+    """Return the file's content with its text converted to UTF-8, or None if the text already is
+    UTF-8, so that trimesh can read the file. In a binary STL, zeros replace the text."""
     suffix = path.suffix.lower()
     if suffix == ".ply":
         header = ply_header(path)

@@ -14,11 +14,11 @@ MARGIN = 0.08           # share of the picture's width and height that stays emp
 ALONG: Vector = (-0.45, -0.35, -1.0)    # view from outside: slightly from above and from the right
 INSIDE_FOV = 65.0       # degrees; wide enough to show most of a room from inside
 _ROWS = 1 << 20         # points per block of projections, which bounds the memory
-# `inside` uses the 2^14 largest triangles as occluders, and tests whether 64 triangles are hidden.
+# `inside` tests whether the 2^14 largest triangles hide 64 sampled triangles.
 _LARGEST, _SAMPLE = 1 << 14, 64
 
-# Candidate directions from the eye to the light, as (up, right, forward). The light uses the first
-# direction unless a triangle blocks it.
+# Candidate directions from the eye to the light, as (up, right, forward). The first one without a
+# blocker wins.
 _ASIDE = np.array([(0.9, -0.6, 0), (0.9, 0.6, 0), (0.4, -1, 0), (0.4, 1, 0), (0.2, -0.8, 0.6),
                    (0.2, 0.8, 0.6), (0.7, 0, 0.7), (1, 0, 0), (0.3, 0, 1)])
 _CLEAR = 0.7            # a blocked light moves to this share of the distance to the blocker
@@ -28,8 +28,7 @@ def framed(points: np.ndarray, size: Sequence[int] = (1, 1), *, fov: float = 45.
            along: Vector = ALONG, margin: float = MARGIN) -> Camera:
     """Return the nearest camera that sees all points, y up, with a margin around them.
 
-    The eye is the apex of the smallest view pyramid that contains the points. In at least one of
-    the two image directions, the points touch the margins on both sides.
+    In at least one of the two image directions, the points touch the margins on both sides.
 
     Parameters
     ----------
@@ -48,7 +47,7 @@ def framed(points: np.ndarray, size: Sequence[int] = (1, 1), *, fov: float = 45.
     if not (hi > lo).any():
         return whole
     centre = (lo + hi) / 2
-    # `steep`: half the width and half the height at depth 1 of the picture without its margins.
+    # `steep`: half the width and half the height, at depth 1, of the picture without its margins.
     steep = np.array([np.linalg.norm(right), np.linalg.norm(up)]) * (1 - 2 * margin)
     axes = np.stack([right / np.linalg.norm(right), up / np.linalg.norm(up)])
     sides = np.concatenate([axes / steep[:, None], -axes / steep[:, None]]) - forward
@@ -63,14 +62,12 @@ def framed(points: np.ndarray, size: Sequence[int] = (1, 1), *, fov: float = 45.
 
 
 def beside(camera: Camera, triangles: np.ndarray | None = None) -> PointLight:
-    """Return a light above the camera and to its left, so that shadows are visible.
-
-    If a triangle lies between the camera and this place, the light moves to another side or
-    nearer to the camera.
+    """Return a light above the camera and to its left, so that shadows are visible. If a triangle
+    hides this place from the camera, the light moves to another side or nearer to the camera.
 
     Parameters
     ----------
-    triangles : (n, 3, 3) float32, world units; None if no triangle can block the light
+    triangles : (n, 3, 3) float32, world units; None if no triangle can hide the light
     """
     distance = np.linalg.norm(np.subtract(camera.target, camera.eye))
     right, up, forward = camera.basis((1, 1))
@@ -91,14 +88,10 @@ def inside(triangles: np.ndarray, outside: Camera) -> Camera | None:
     """Return a camera inside the mesh if the mesh is a room; None for any other mesh, or if no
     tested place in the room is suitable.
 
-    A mesh counts as a room if two conditions hold. A camera outside sees the backs of many
-    triangles, and many triangles are hidden from all sides. The second condition excludes objects
-    whose triangles face inwards. In the second condition, only the largest triangles, such as
-    walls and table tops, can hide a triangle.
-
-    The limits, 0.4 and 0.25, lie between measured values. The share of back faces is 0.95 and 0.5
-    for two rooms, but at most 0.23 for objects and an open box. The share of hidden triangles is
-    0.36 and 0.9 for the rooms, but at most 0.14 for objects whose triangles face inwards.
+    A mesh counts as a room if a camera outside sees the backs of many triangles, and if the
+    largest triangles, such as walls and table tops, hide many triangles from all sides. The second
+    condition excludes objects whose triangles face inwards. The limits of the two shares, 0.4 and
+    0.25, lie between values measured for rooms and for objects.
 
     Parameters
     ----------

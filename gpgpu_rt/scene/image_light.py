@@ -1,16 +1,15 @@
 """Image light: samples directions to a surrounding image in proportion to its luminance.
 
 The image is filtered bilinearly: radiance is a bilinear function in each cell between four texel
-centres. In each row of cells, the density of the samples in the image is exactly proportional to
-the luminance of this function. The first random number chooses a row of cells, and the second
-number chooses a cell of this row. The probability of a cell is proportional to the luminance of
-the whole cell times the cosine of the row's latitude. The remainders of the two numbers then give
-the sample's position in the cell, according to the luminance at the cell's corners. The
-probability density of a direction therefore depends only on the direction's radiance and latitude.
+centres. In each row of cells, samples are exactly proportional to the luminance of this function.
+The first random number chooses a row, the second a cell of the row; the remainders of the numbers
+give the position in the cell. A cell's probability is proportional to its luminance times the
+cosine of the row's latitude. The density of a direction therefore depends only on its radiance and
+latitude.
 
 Pharr and Humphreys ("Infinite Area Light Source with Importance Sampling", 2004) choose a texel
-instead. But bilinear filtering spreads the light of a small sun to neighbouring texels, which
-their method samples too rarely. ``glsl/render/image_light.glsl`` does the same as this module.
+instead. But bilinear filtering spreads a small sun to neighbouring texels, which their method
+samples too rarely. ``glsl/render/image_light.glsl`` does the same as this module.
 """
 from __future__ import annotations
 
@@ -23,12 +22,12 @@ from .luminance import luminance
 
 @dataclass(frozen=True, eq=False)
 class ImageLight:
-    """The sampling table of an equirectangular image. The method ``of`` makes a table.
+    """The sampling table of an equirectangular image, made by ``of``.
 
     Cells lie between texel centres. Row 0 of the cells lies above the centres of the first row of
-    texels, and row ``height`` lies below the centres of the last row. These two rows are half as
-    high as other rows, and their radiance does not vary with latitude. Column 0 of the cells lies
-    between the centres of the last and of the first column of texels.
+    texels, and row ``height`` below the centres of the last row. These two rows are half as high
+    as other rows, and their radiance does not vary with latitude. Column 0 lies between the last
+    and the first column of texels.
 
     Attributes
     ----------
@@ -47,8 +46,8 @@ class ImageLight:
 
     @classmethod
     def of(cls, texels: np.ndarray) -> ImageLight | None:
-        """Return the image light of (height, width, 3) texels, row 0 at the top. Return None if
-        all texels are black."""
+        """Return the image light of (height, width, 3) texels, row 0 at the top; None if all are
+        black."""
         height, width = texels.shape[:2]
         bright = luminance(texels)
         bright = bright + np.roll(bright, 1, axis=1)
@@ -66,24 +65,24 @@ class ImageLight:
                    cosine, float(power))
 
     def row(self, directions: np.ndarray) -> np.ndarray:
-        """Return (n,) int64, the row of cells in which each of (n, 3) unit directions lies."""
+        """Return (n,) int64, the row of cells of each of (n, 3) unit directions."""
         height = len(self.texels)
         down = 0.5 - np.arcsin(np.clip(directions[:, 1], -1, 1)) / np.pi
         return np.clip(np.floor(down * height + 0.5).astype(np.int64), 0, height)
 
     def density(self, directions: np.ndarray, radiance: np.ndarray) -> np.ndarray:
-        """Return (n,) the probability density per steradian of (n, 3) unit directions, given the
-        radiance from these directions, (n, 3)."""
+        """Return (n,) the probability density per steradian of (n, 3) unit directions that have
+        the given radiance, (n, 3)."""
         across = np.maximum(np.hypot(directions[:, 0], directions[:, 2]), 1e-30)
         return luminance(radiance) * self.cosine[self.row(directions)] / (self.power * across)
 
     def draw(self, random: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return sampled unit directions and the radiance from them, (n, 3) each, for (n, 2)
-        random numbers in (0, 1)."""
+        """Return sampled unit directions and their radiance, (n, 3) each, for (n, 2) random
+        numbers in (0, 1)."""
         height, width = self.texels.shape[:2]
         row = np.searchsorted(self.rows, random[:, 0], side="right")
-        # Add the row's number to the sums of each row, which makes one ascending sequence of the
-        # sums of all rows. A single search then finds the cells of all samples.
+        # Adding each row's number makes one ascending sequence of all rows' sums, so that a single
+        # search finds the cells of all samples.
         ordered = (self.cells + np.arange(height + 1.0)[:, None]).ravel()
         at = np.searchsorted(ordered, random[:, 1] + row, side="right")
         column = at - row * width
@@ -109,14 +108,12 @@ class ImageLight:
 
 def _rest(sums: np.ndarray, entry: np.ndarray, first: np.ndarray, random: np.ndarray
           ) -> np.ndarray:
-    """Return for each random number its position in the interval of the entry that it chose, (n,)
-    in [0, 1)."""
+    """Return the position of each random number in the interval of its entry, (n,) in [0, 1)."""
     below = np.where(first, 0, sums[entry - 1]).astype(np.float64)
     return (random - below) / (sums[entry] - below)
 
 
 def _linear(here: np.ndarray, there: np.ndarray, random: np.ndarray) -> np.ndarray:
-    """Return (n,) samples in [0, 1] of a density that varies linearly from ``here`` to
-    ``there``."""
+    """Return (n,) samples in [0, 1] of a density linear from ``here`` to ``there``."""
     root = np.sqrt(here ** 2 + random * (there ** 2 - here ** 2))
     return random * (here + there) / np.maximum(here + root, 1e-30)

@@ -1,7 +1,6 @@
 """Lazy trimesh: imports the library trimesh at its first use.
 
-The import of trimesh takes as long as rendering a small picture, and a built-in scene does not
-need trimesh.
+Importing trimesh takes as long as rendering a small picture, and built-in scenes do not need it.
 """
 from __future__ import annotations
 

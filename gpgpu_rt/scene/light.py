@@ -1,5 +1,4 @@
-"""Lights: point lights and surroundings. The light of emitting triangles is part of their
-material."""
+"""Lights: point lights and surroundings. Materials describe the emission of triangles."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -24,9 +23,9 @@ class PointLight:
     Attributes
     ----------
     position : (3,), world units
-    intensity : (3,), the radiance that a white surface reflects if it faces the light. The
-        surface's irradiance is pi times the intensity. The light does not decrease with distance,
-        as by default in OpenGL's fixed-function lighting
+    intensity : (3,), the radiance that a white surface reflects if it faces the light: its
+        irradiance divided by pi. The light does not decrease with distance, as by default in
+        OpenGL's fixed-function lighting
     """
 
     position: Any
@@ -39,18 +38,17 @@ class PointLight:
 
 @dataclass(frozen=True)
 class Environment:
-    """The light that rays find when they miss all triangles.
-
-    Make an environment with ``constant``, ``sky`` or ``surrounded``, or use ``BACKDROP``.
+    """The light that rays find when they miss all triangles. ``constant``, ``sky`` and
+    ``surrounded`` make environments.
 
     Attributes
     ----------
-    kind : "backdrop", "sky" or "image". A backdrop is a pale sky behind the scene, with weak light
-        from everywhere, for pictures of plain meshes. A sky is a gradient between two colours
-    zenith, ground : (3,) radiance of a sky from straight above and from straight below. Between
-        these two directions, the radiance is linear in the direction's y
-    image : an equirectangular image of all directions. Its middle column shows the direction -z,
-        and its top row the direction +y
+    kind : "backdrop", a pale sky with weak light from everywhere, for pictures of plain meshes;
+        "sky", a gradient between two colours; or "image"
+    zenith, ground : (3,) radiance of a sky from straight above and straight below; linear in the
+        direction's y in between
+    image : an equirectangular image of all directions, with -z in its middle column and +y in its
+        top row
     """
 
     kind: str
@@ -69,14 +67,13 @@ class Environment:
 
     @classmethod
     def constant(cls, colour: Any) -> Environment:
-        """Return an environment with the radiance ``colour`` from all directions, (3,) linear RGB,
-        0 or more."""
+        """Return an environment of radiance ``colour`` everywhere, (3,) linear RGB, 0 or more."""
         return cls("sky", colour, colour)
 
     @classmethod
     def sky(cls, zenith: Any, ground: Any) -> Environment:
-        """Return an environment whose radiance varies linearly in the direction's y, from
-        ``ground`` below to ``zenith`` above, (3,) linear RGB each."""
+        """Return an environment with radiance linear in the direction's y, from ``ground`` below
+        to ``zenith`` above, (3,) linear RGB each."""
         return cls("sky", zenith, ground)
 
     @classmethod
@@ -92,11 +89,11 @@ class Environment:
 
     @cached_property
     def image_light(self) -> ImageLight | None:
-        """The sampling table of the image; None if there is no image, or if it is black."""
+        """The sampling table of the image; None without an image, or for a black image."""
         return None if self.image is None else ImageLight.of(self.image.texels)
 
     def radiance(self, directions: np.ndarray) -> np.ndarray:
-        """Return the radiance, (n, 3) float64, from (n, 3) unit directions, by the formulas of
+        """Return the radiance, (n, 3) float64, from (n, 3) unit directions, as in
         ``render/surroundings.glsl``."""
         d = np.asarray(directions, np.float64)
         if self.kind == "backdrop":
@@ -115,11 +112,11 @@ class Environment:
     def ambient(self) -> np.ndarray:
         """Return the coefficients, (4, 3) float64, of the light that a white surface reflects.
 
-        Without shadows, a white surface of normal n reflects row 0 plus the product of n and rows
-        1 to 3. The result is exact for a sky. For an image, the coefficients are the constant and
-        the linear spherical harmonics, which suffice for Whitted's ambient term. Ramamoorthi and
-        Hanrahan (2001) also use the quadratic harmonics. For a backdrop, all coefficients are 0,
-        because the shaders have a formula for the backdrop.
+        Without shadows, a surface of normal n reflects row 0 plus the product of n and rows 1 to
+        3. This is exact for a sky. For an image, these are the constant and the linear spherical
+        harmonics, which suffice for Whitted's ambient term (Ramamoorthi and Hanrahan, 2001, also
+        use the quadratic harmonics). For a backdrop, they are 0, because the shaders have a
+        formula for it.
         """
         if self.kind == "backdrop":
             return np.zeros((4, 3))

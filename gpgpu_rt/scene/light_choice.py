@@ -1,4 +1,4 @@
-"""Light choice: a table that turns two random numbers into the choice of a shadow ray's light."""
+"""Light choice: a table that turns two random numbers into a shadow ray's light."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -15,8 +15,8 @@ def asks_surroundings(scene: Scene) -> bool:
     """Return whether next-event estimation samples the surroundings of a scene.
 
     An image is always sampled, because it may be bright in a few small places. A sky is smooth, so
-    bounced rays find its light equally well. If the sky were sampled, the other lights would get
-    fewer shadow rays. The sky is therefore sampled only if the scene has no other light.
+    bounced rays find its light equally well; it is sampled only if the scene has no other light,
+    because it would take shadow rays from other lights.
     """
     if scene.environment is None or not scene.environment.emits:
         return False
@@ -26,13 +26,12 @@ def asks_surroundings(scene: Scene) -> bool:
 
 @dataclass(frozen=True)
 class LightChoice:
-    """An alias table that chooses a point light, an emitting triangle or the surroundings, with a
-    probability in proportion to the estimated contribution of each.
+    """An alias table that chooses a point light, an emitting triangle or the surroundings, each in
+    proportion to its estimated contribution.
 
     Each entry names a light and an ``alias``, which is another light. The first random number
     picks an entry. With probability ``keep`` the choice is the entry's light, otherwise its alias
-    (Walker 1977; the table is built by Vose's method of 1991). A choice costs one lookup, for any
-    number of lights.
+    (Walker 1977, built by Vose's method of 1991): one lookup, for any number of lights.
 
     Attributes
     ----------
@@ -42,8 +41,7 @@ class LightChoice:
     keep : Probability to choose ``triangle`` and not ``alias``, (n,) float32 in [0, 1].
     point_probability : Probability of each point light, (p,) float64.
     density : Probability density of a point on an emitting triangle, per square world unit,
-        divided by the luminance of the triangle's emission. This quotient is the same for all
-        triangles.
+        divided by the luminance of its emission; the same for all triangles.
     far : Probability of the surroundings.
     """
 
@@ -61,12 +59,11 @@ class LightChoice:
     def of(cls, scene: Scene) -> LightChoice:
         """Return the light choice of a scene.
 
-        The weight of a triangle is its area times the luminance of its emission. The light of a
-        point light does not decrease with distance. A point light therefore gets the weight of a
-        triangle that gives the same light at a distance of half the scene's extent. The
-        surroundings get the weight of a point light of their power. If there are other lights, the
-        surroundings get at most the weight of all other lights together, because the surroundings
-        may be hidden from the places that the other lights reach.
+        The weight of a triangle is its area times the luminance of its emission. A point light,
+        which does not decrease with distance, weighs as much as a triangle that gives the same
+        light at half the scene's extent. The surroundings weigh as much as a point light of their
+        power, but at most as much as all other lights together, as they may be hidden where the
+        other lights reach.
         """
         rows = scene.emitters
         corners = scene.triangles[rows].astype(np.float64)
@@ -92,29 +89,27 @@ class LightChoice:
         return cls(names, names[other], keep.astype(np.float32), points, 1 / total, far.sum())
 
     def choices(self) -> dict[str, np.ndarray]:
-        """Return the table as shaders read it."""
+        """Return the table for shaders."""
         return {"light": self.triangle, "alias": self.alias, "keep": self.keep}
 
     def points(self, lights: Sequence[PointLight]) -> dict[str, np.ndarray]:
-        """Return the point lights as shaders read them."""
+        """Return the point lights for shaders."""
         intensity = np.array([light.intensity for light in lights]).reshape(-1, 3)
         chance = np.where(self.point_probability > 0, self.point_probability, 1)
         return {"position": np.array([light.position for light in lights]).reshape(-1, 3),
-                # A white surface reflects the radiance ``intensity``, so its irradiance is pi
-                # times the intensity.
+                # A white surface's irradiance is pi times the radiance ``intensity`` that it
+                # reflects.
                 "strength": np.pi * intensity / chance[:, None]}
 
     def far_uniforms(self, scene: Scene) -> dict[str, object]:
-        """Return the uniforms from which shaders sample the surroundings."""
+        """Return the uniforms with which shaders sample the surroundings."""
         light = scene.environment.image_light if scene.environment is not None else None
         return {"far_light": -1 - len(scene.lights), "far_chance": self.far,
                 "image_density": self.far / light.power if light is not None else 0.0}
 
     def choose(self, random: np.ndarray, coin: np.ndarray) -> np.ndarray:
-        """Return (n,) chosen lights, named as in ``triangle``.
-
-        ``random`` and ``coin`` are (n,) random numbers in (0, 1). ``random`` picks an entry, and
-        ``coin`` decides between the entry's light and its alias."""
+        """Return (n,) chosen lights, named as in ``triangle``, for (n,) random numbers in (0, 1):
+        ``random`` picks an entry, ``coin`` its light or alias."""
         entry = np.minimum((random * len(self)).astype(np.int64), len(self) - 1)
         return np.where(coin < self.keep[entry], self.triangle[entry], self.alias[entry])
 
@@ -122,10 +117,10 @@ class LightChoice:
 def _alias(probabilities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the probability to keep each entry, and the alias of each entry.
 
-    An entry above the mean has a surplus, and is a giver. An entry below the mean has a deficit.
-    In order, the givers fill the deficits. The last deficit that a giver fills is usually larger
-    than the rest of its surplus. The giver then has a deficit itself, which the next giver fills.
-    Cumulative sums of deficits and surpluses replace Vose's loop by one search.
+    Entries above the mean, the givers, fill in order the deficits of entries below the mean. The
+    last deficit usually exceeds the rest of a giver's surplus; the giver then has a deficit
+    itself, which the next giver fills. Cumulative sums of deficits and surpluses replace Vose's
+    loop by one search.
     """
     count = len(probabilities)
     scaled = probabilities * count
@@ -140,7 +135,7 @@ def _alias(probabilities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     keep[small] = scaled[small]
     giver = np.minimum(np.searchsorted(given, needed - lacking, side="right"), len(large) - 1)
     other[small] = large[giver]
-    # If a giver gave more than its surplus, the next giver fills the deficit of this giver.
+    # The next giver fills the deficit of a giver that gave more than its surplus.
     last = np.searchsorted(needed - lacking, given, side="left") - 1
     overdrawn = np.maximum(needed[np.maximum(last, 0)] - given, 0) * (last >= 0)
     keep[large] = 1 - overdrawn

@@ -21,7 +21,7 @@ from .surfaces.geometry_image import GeometryImage
 
 @memory_limited
 def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Scene) -> Scene:
-    """Return the scene with this name, or the scene of a file or of a trimesh object.
+    """Return the scene of a name, a file or a trimesh object.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def scene_of(mesh: Mesh, path: Path, row: catalogue.NamedScene | None = None,
     Parameters
     ----------
     mesh : the mesh
-    path : the mesh's file, beside which `cameras.json` may have a camera
+    path : the mesh's file; `cameras.json` beside it may have a camera
     row : the named scene of the file, or None
     moving : whether the triangles will move
     """
@@ -103,8 +103,7 @@ def scene_of(mesh: Mesh, path: Path, row: catalogue.NamedScene | None = None,
 
 
 def scene_names() -> list[str]:
-    """Return the names that `load_scene` knows; `stadium` may have a ratio, as in
-    `stadium:1e-3`."""
+    """Return the names that `load_scene` knows."""
     return list(catalogue.ROWS)
 
 
@@ -115,8 +114,7 @@ def list_scenes() -> list[dict[str, Any]]:
 
     - `name`;
     - `triangles`, the number of triangles, or None if the mesh cannot be read;
-    - `found`, the path of the mesh; without a mesh file, "built in" or "stand-in", or "missing" if
-      the scene is not built in;
+    - `found`, the path of the mesh; without a mesh file, "built in", "stand-in" or "missing";
     - `stand_in`, the original that a built-in scene replaces, or None;
     - `original`, as in `catalogue.NamedScene`.
     """

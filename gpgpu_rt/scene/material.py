@@ -16,21 +16,20 @@ LEAST_ROUGHNESS = 0.01
 
 @dataclass(frozen=True)
 class Material:
-    """The reflection, refraction and emission of a surface. The light of all these parts is added.
-    The two sides of a triangle behave alike, except for dielectrics.
+    """The reflection, refraction and emission of a surface, which add up. Both sides of a triangle
+    behave alike, except for dielectrics.
 
     Attributes
     ----------
     name : the material's name in errors, scene files and mesh files
-    diffuse : (3,) share of light that is scattered by Lambert's law. The default is white if the
-        material has a texture. Without a texture, the default is light grey if no other part is
-        given, and black if another part is given
+    diffuse : (3,) share of light that is scattered by Lambert's law; by default white with a
+        texture, light grey if no other part is given, else black
     mirror : (3,) share that is reflected in the mirror direction
     glossy : (3,) share that is reflected into a lobe around the mirror direction
     roughness : roughness r of the lobe, 0.01 to 1: the lobe is cos^n with n = 2 / r^2 - 2
-    ior : None, or for a dielectric the refractive index inside the surface divided by the index
-        outside. A dielectric reflects by Fresnel's equations and refracts the rest, so it has no
-        other reflecting part. The corners of its triangles run anticlockwise as seen from outside
+    ior : None, or for a dielectric the refractive index inside divided by the index outside. A
+        dielectric reflects by Fresnel's equations and refracts the rest, so it has no other
+        reflecting part. The corners of its triangles run anticlockwise as seen from outside
     emission : (3,) radiance that both sides emit in all directions
     texture : None, or the texture that multiplies ``diffuse``
     """

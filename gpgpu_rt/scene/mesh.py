@@ -21,14 +21,13 @@ class Mesh:
     ----------
     vertices : Positions, (v, 3) float64, world units.
     faces : Indices of vertices, (n, 3) int64, in the file's order.
-    colours : Diffuse reflectance, (n, 3) float32 in [0, 1]. None if the file has no colours.
-    materials : The materials. Empty if the file has no materials.
+    colours : Diffuse reflectance, (n, 3) float32 in [0, 1], or None.
+    materials : The materials; may be empty.
     material_of : Index of each face's material in ``materials``, (n,) int32.
     normals, uv : Values at the faces' corners, (n, 3, 3) and (n, 3, 2) float64, or None.
     parts : Names of the objects or groups.
     part_of : Index of each face's part in ``parts``, (n,) int32.
-    camera, lights, environment : The file's values. If the file has no such value, None, or an
-        empty tuple for ``lights``.
+    camera, lights, environment : The file's values, or None; () for no lights.
     """
 
     vertices: np.ndarray
@@ -45,8 +44,7 @@ class Mesh:
     environment: Environment | None = None
 
     def appearance(self) -> dict[str, Any]:
-        """Return the keyword arguments of `Scene.from_arrays` for normals, uv, materials and
-        light."""
+        """Return keyword arguments of `Scene.from_arrays`."""
         said: dict[str, Any] = {"normals": self.normals, "uv": self.uv,
                                 "lights": self.lights or None, "environment": self.environment}
         if self.materials:
@@ -55,8 +53,8 @@ class Mesh:
 
 
 def fill_normals(mesh: Mesh) -> None:
-    """Repair corner values in place. A face that lacks a normal at any corner gets its geometric
-    normal at all corners. Texture coordinates that are not finite become zeros."""
+    """Repair corner values in place: a face that lacks a normal at any corner gets its geometric
+    normal at all corners, and texture coordinates that are not finite become zeros."""
     if mesh.normals is not None:
         missing = ~(np.linalg.norm(mesh.normals, axis=2) > 0).all(axis=1)    # true for NaN too
         missing |= ~np.isfinite(mesh.normals).all(axis=(1, 2))
@@ -66,8 +64,8 @@ def fill_normals(mesh: Mesh) -> None:
 
 
 def unlike(materials: Sequence[Material | None]) -> tuple[tuple[Material, ...], np.ndarray]:
-    """Return the different materials of a list, and the index of each entry's material among them.
-    If all entries are None, there are no materials and the indices are zeros."""
+    """Return the different materials of a list, and each entry's index among them. If all entries
+    are None, return no materials and zeros."""
     if not any(materials):
         return (), np.zeros(max(len(materials), 1), np.int64)
     place: dict[Material, int] = {}
@@ -77,8 +75,8 @@ def unlike(materials: Sequence[Material | None]) -> tuple[tuple[Material, ...], 
 
 def filled(parts: Sequence[np.ndarray | None], sizes: Sequence[int],
            width: int) -> np.ndarray | None:
-    """Join the corner values of parts. A part without values gets zeros. If no part has values,
-    return None."""
+    """Join the corner values of parts, with zeros for a part without values; None if no part has
+    values."""
     if all(part is None for part in parts):
         return None
     return np.concatenate([np.zeros((n, 3, width)) if part is None else part
@@ -89,8 +87,7 @@ def fans(first: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Cut p polygons into n triangles. Return the indices of the triangles' corners, (n, 3), and
     the polygon of each triangle, (n,).
 
-    A polygon with fewer than three corners gives no triangle. A quad becomes 0 1 2 and 2 3 0; a
-    larger polygon becomes a fan around corner 0.
+    A quad becomes 0 1 2 and 2 3 0, a larger polygon a fan around corner 0, a smaller one nothing.
 
     Parameters
     ----------

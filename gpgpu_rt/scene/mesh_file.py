@@ -1,5 +1,4 @@
-"""Mesh file: reads arrays and materials from a file. trimesh reads all formats except OBJ and
-AFF."""
+"""Mesh file: reads arrays and materials of a file, by trimesh except for OBJ and AFF."""
 from __future__ import annotations
 
 import contextlib
@@ -26,8 +25,7 @@ from .obj_file import UNPAINTED, read_obj
 from .texture import quietly
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf", ".aff")
-# Messages of trimesh that need no warning. Missing face normals of an STL file are harmless,
-# because face normals follow from the corners.
+# Messages of trimesh to drop. Missing face normals of an STL file follow from the corners.
 _HARMLESS = ("failed to extract face_normals",)
 
 
@@ -61,8 +59,8 @@ def read(path: Path, groups: bool = False) -> Mesh:
 
 @contextlib.contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Turn exceptions that a file reader raises in this context into errors of one line, which
-    name the file. A LimitError passes unchanged."""
+    """Turn exceptions of file readers in this context into errors of one line that name the file.
+    A LimitError passes unchanged."""
     try:
         yield
     except LimitError:
@@ -84,7 +82,7 @@ def reading(path: Path) -> Iterator[None]:
 
 
 def _read(path: Path, groups: bool) -> Mesh:
-    """Return the mesh of a file; choose the reader according to the file's suffix."""
+    """Return the mesh of a file by the reader for its suffix."""
     suffix = path.suffix.lower()
     if suffix == ".obj":
         return read_obj(path, groups)
@@ -100,8 +98,8 @@ def _read(path: Path, groups: bool) -> Mesh:
 
 @contextlib.contextmanager
 def trimeshs_notes(path: Path) -> Iterator[None]:
-    """Turn log messages of trimesh in this context into warnings of one line each; drop harmless
-    messages."""
+    """Turn trimesh's log messages in this context into warnings of one line; drop harmless
+    ones."""
     log, said = logging.getLogger("trimesh"), _Notes()
     before = log.propagate
     log.addHandler(said)
@@ -126,8 +124,8 @@ class _Notes(logging.Handler):
 
 
 def flatten(mesh: trimesh.Trimesh | trimesh.Scene) -> Mesh:
-    """Return the arrays of a mesh. For a scene, return the joined arrays of all instances, each
-    placed by its transform."""
+    """Return the arrays of a mesh, or the joined arrays of all instances of a scene, each placed
+    by its transform."""
     if not isinstance(mesh, trimesh.Scene):
         return _join([(mesh, None, "mesh")])
     placed = [(node, *mesh.graph[node]) for node in mesh.graph.nodes_geometry]
@@ -190,7 +188,7 @@ def _in_range(faces: np.ndarray, count: int) -> bool:
 
 def _colours(mesh: trimesh.Trimesh, material: Material | None) -> np.ndarray | None:
     """Return (n, 3) colours in [0, 1] of faces, from a mesh's face colours, vertex colours or
-    material; None if the mesh has none of these."""
+    material, or None."""
     visual = mesh.visual
     if not _whole(mesh):
         return None  # `Scene.from_arrays` reports the index that is out of range

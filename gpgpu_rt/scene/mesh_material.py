@@ -25,8 +25,7 @@ class Textures:
 
     Parameters
     ----------
-    folder : the folder of the mesh file. Images that trimesh does not read are loaded from there.
-        None for a mesh without a file
+    folder : the mesh file's folder, for images that trimesh does not read; None without a file
     """
 
     def __init__(self, folder: Path | None = None) -> None:
@@ -34,8 +33,8 @@ class Textures:
         self._made: dict[Any, tuple[Any, Texture]] = {}
 
     def of(self, image: Any, name: str) -> Texture | None:
-        """Return the texture of a PIL image, or of an image file in the folder. Return None if
-        there is no image, or no folder for the image file. Errors name the material, ``name``."""
+        """Return the texture of a PIL image, or of an image file in the folder; None without an
+        image or without the folder. Errors name the material ``name``."""
         if image is None or isinstance(image, str) and self.folder is None:
             return None
         key = image if isinstance(image, str) else id(image)
@@ -47,14 +46,13 @@ class Textures:
         return self._made[key][1]
 
     def mean(self, image: Any, name: str) -> np.ndarray:
-        """Return the mean colour of the image's texture, (3,) linear. Return white if there is no
-        image."""
+        """Return the mean colour of the image's texture, (3,) linear; white without an image."""
         texture = self.of(image, name)
         return np.ones(3) if texture is None else texture.texels.mean((0, 1), np.float64)
 
 
 def material_of(visual: Any, textures: Textures) -> Material | None:
-    """Return the material of a trimesh visual, or None if the visual has no material.
+    """Return the material of a trimesh visual, or None.
 
     Parameters
     ----------
@@ -69,8 +67,8 @@ def material_of(visual: Any, textures: Textures) -> Material | None:
         return _of_gltf(str(getattr(material, "name", None) or "material"), said["_data"],
                         textures)
     image, main = said.get("image"), np.asarray(material.main_color)
-    # If a material with a texture has no colour, use white instead of trimesh's default grey. The
-    # grey would darken the texture by more than half.
+    # A textured material without a colour is white: trimesh's default grey would darken the
+    # texture by more than half.
     plain = np.ones(3) if image is not None and np.array_equal(main, _grey()) else main[:3] / 255
     return of_mtl(str(said.get("_name") or "material"), said.get("kwargs") or {}, textures, image,
                   plain)
@@ -80,9 +78,8 @@ def of_mtl(name: str, said: Mapping[str, Any], textures: Textures, image: Any = 
            plain: np.ndarray | None = None) -> Material:
     """Return the material of a Wavefront MTL entry.
 
-    The key illum decides the kind of material. With 3, 5 and 8, the material is a mirror that
-    reflects Ks. With 4, 6, 7 and 9, which mean transparent models, the material is a dielectric of
-    index Ni. With 2, which means highlights, the material is glossy with share Ks and exponent Ns.
+    The key illum decides the kind of material: with 3, 5 and 8, a mirror that reflects Ks; with 4,
+    6, 7 and 9, a dielectric of index Ni; with 2, glossy with share Ks and exponent Ns.
 
     Parameters
     ----------
@@ -119,11 +116,11 @@ def of_mtl(name: str, said: Mapping[str, Any], textures: Textures, image: Any = 
 def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material:
     """Return the material of a glTF entry.
 
-    The metallic share reflects light in the base colour. It is a mirror if the surface is smooth,
-    and a glossy lobe otherwise. The rest is diffuse. The 4 % reflection of surfaces that are not
-    metals is omitted. A material without a metallic factor counts as no metal. According to the
-    format it would be all metal, but few authors of files intend this. A texture varies only the
-    diffuse share; metallic reflection and emission are multiplied by the mean of their textures.
+    The metallic share reflects light in the base colour, as a mirror if the surface is smooth and
+    into a glossy lobe otherwise. The rest is diffuse. The 4 % reflection of other surfaces is
+    omitted. A material without a metallic factor counts as no metal; the format says all metal,
+    but few authors intend this. A texture varies only the diffuse share; metallic reflection and
+    emission use the mean of their textures.
     """
     factor = said.get("baseColorFactor")    # trimesh stores the factor in bytes, 0 to 255
     base = np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255
@@ -141,12 +138,12 @@ def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material
 
 
 def _grey() -> np.ndarray:
-    """Return trimesh's colour for a file that declares no colour, (4,) in [0, 255]."""
+    """Return trimesh's colour for a file without one, (4,) in [0, 255]."""
     return np.asarray(trimesh.visual.color.DEFAULT_COLOR)
 
 
 class Resolver:
-    """Reads the files that a mesh file names. It accepts only regular files.
+    """Reads the regular files that a mesh file names.
 
     Parameters
     ----------
@@ -161,15 +158,15 @@ class Resolver:
         return self.get(name)
 
     def get(self, name: str) -> bytes:
-        """Return the content of the file of this name. Raise OSError if it cannot be read."""
+        """Return the content of a file. Raise OSError if it cannot be read."""
         name = name.strip()
         plain = self.folder / unquote(name)
         return read_input(plain if self.uris and is_file(plain) else self.folder / name)
 
 
 def check_image(path: Path, image: Path) -> None:
-    """Raise SceneError if the file at ``path`` names an image that cannot be read; trimesh would
-    silently leave the image out. Raise LimitError if the image is too large."""
+    """Raise SceneError if an image that the file at ``path`` names cannot be read (trimesh would
+    silently leave it out), or LimitError if it is too large."""
     if not is_file(image):
         known = "" if not image.name.startswith("-") else " (options before the name are not read)"
         raise SceneError(f"{path}: no such texture {image.name}{known}; put the texture there, or "

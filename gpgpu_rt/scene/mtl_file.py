@@ -1,4 +1,4 @@
-"""MTL file: reads a library of Wavefront materials. A material maps keys to words of the file."""
+"""MTL file: reads a library of Wavefront materials."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -13,14 +13,14 @@ _IMAGES = ("map_kd", "map_ke")
 
 @dataclass(frozen=True)
 class LibraryMaterial:
-    """A material of a library file. Its properties are kept as words of the file.
+    """A material of a library file.
 
     Attributes
     ----------
     path : the library's file
     name : the material's name
-    said : key in lower case -> the words after the key. After ``map_kd`` or ``map_ke``, the file
-        name is a single word
+    said : key in lower case -> the words after the key; a single word, the file name, after
+        ``map_kd`` or ``map_ke``
     """
 
     path: Path
@@ -33,10 +33,8 @@ class LibraryMaterial:
 
 
 def read_library(path: Path) -> dict[str, LibraryMaterial]:
-    """Return the materials of a file by name.
-
-    After ``map_Kd`` and ``map_Ke``, the rest of the line is the file name, which may contain
-    spaces.
+    """Return the materials of a file by name. The file names after ``map_Kd`` and ``map_Ke`` may
+    contain spaces.
 
     Raises
     ------

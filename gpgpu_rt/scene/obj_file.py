@@ -1,10 +1,9 @@
-"""OBJ file: a reader for Wavefront's mesh format. The time of reading depends only on the file's
-size.
+"""OBJ file: a reader for Wavefront's mesh format, in a time that depends only on the file's size.
 
-trimesh's reader needs more time and memory with each change of the material. It keeps normals and
-texture coordinates only if all corners under one material have them, and it changes the order of
-faces if some are quads. This reader keeps the order of the faces. It keeps the normals of every
-face that has a normal at all its corners; the same holds for texture coordinates.
+trimesh's reader needs more time and memory with each change of the material. It drops normals and
+texture coordinates unless all corners under a material have them, and reorders faces if some are
+quads. This reader keeps the order of the faces, and keeps normals and texture coordinates of every
+face that has them at all corners.
 """
 from __future__ import annotations
 
@@ -26,20 +25,20 @@ _AFTER = (32, 9, 10)    # bytes that end a word: space, tab, newline
 
 
 def read_obj(path: Path, groups: bool) -> Mesh:
-    """Return the mesh of a file; each polygon is cut into consecutive triangles.
+    """Return the mesh of a file, with each polygon cut into consecutive triangles.
 
     Parameters
     ----------
     path : the OBJ file
-    groups : whether to divide the mesh into parts: the file's groups, or the file's objects if the
-        file has no groups
+    groups : whether to divide the mesh into parts: the file's groups or, without groups, its
+        objects
 
     Raises
     ------
     ValueError
         the file is wrong; some messages name the first wrong line
     SceneError
-        a texture that a material names cannot be read
+        a texture of a material cannot be read
     """
     text = _Text(read_input(path))
     points = text.numbers(b"v", 3)
@@ -73,8 +72,8 @@ def read_obj(path: Path, groups: bool) -> Mesh:
 
 
 def _picked(values: np.ndarray, at: np.ndarray, width: int) -> np.ndarray | None:
-    """Return the values of corners, (n, 3, width). A face that lacks a value at any corner gets
-    zeros. If no face has all three values, return None."""
+    """Return the values of corners, (n, 3, width): zeros for a face that lacks a value at any
+    corner; None if all faces do."""
     some = ((at >= 0) & (at < len(values))).all(axis=1)
     if not some.any():
         return None
@@ -86,8 +85,7 @@ def _picked(values: np.ndarray, at: np.ndarray, width: int) -> np.ndarray | None
 
 
 def _libraries(path: Path, text: _Text) -> dict[str, LibraryMaterial]:
-    """Return the materials of all libraries that the file names, by name; warn of each library
-    that cannot be read."""
+    """Return the materials of all libraries of the file, by name; warn of unreadable libraries."""
     found: dict[str, LibraryMaterial] = {}
     for row in text.rows(b"mtllib"):
         name = text.body(row, b"mtllib")
@@ -104,11 +102,9 @@ def _libraries(path: Path, text: _Text) -> dict[str, LibraryMaterial]:
 
 
 class _Corners(NamedTuple):
-    """The corners of n triangles.
-
-    ``place``, ``uv`` and ``normal`` are (n, 3) int64, the indices of the corners' vertices,
-    texture coordinates and normals. A missing value has a negative index. ``line`` is (n,), the
-    line of each triangle's face."""
+    """The corners of n triangles: ``place``, ``uv`` and ``normal``, (n, 3) int64 indices of
+    vertices, texture coordinates and normals, negative if missing; and ``line``, (n,), the line of
+    each triangle's face."""
 
     place: np.ndarray
     uv: np.ndarray
@@ -117,8 +113,8 @@ class _Corners(NamedTuple):
 
     @classmethod
     def of(cls, text: _Text, points: int) -> _Corners:
-        """Return the corners of a file's faces. ``points`` is the number of vertices; raise
-        ValueError if a face names a vertex that does not exist."""
+        """Return the corners of a file's faces; raise ValueError unless all their vertices are
+        among the ``points`` vertices."""
         rows = text.rows(b"f")
         words = [text.lines[row][1:].split() for row in rows.tolist()]
         sides = np.fromiter(map(len, words), np.int64, len(words))
@@ -138,8 +134,8 @@ class _Corners(NamedTuple):
 
 
 def _indices(words: Sequence[bytes]) -> np.ndarray:
-    """Return the (n, 3) int64 indices of corners written as v, v/vt, v//vn or v/vt/vn; 0 for a
-    missing index."""
+    """Return the (n, 3) int64 indices of corners written as v, v/vt, v//vn or v/vt/vn; 0 if
+    missing."""
     missing = {0: b"/0/0", 1: b"/0", 2: b""}
     try:
         whole = b"/".join([word + missing[word.count(b"/")] for word in words])
@@ -155,8 +151,8 @@ def _indices(words: Sequence[bytes]) -> np.ndarray:
 
 def _count_from_zero(index: np.ndarray, declared: np.ndarray, line: np.ndarray) -> None:
     """Convert indices to count from 0, in place. In the file, a negative index counts back from
-    the last value declared before its line. Afterwards, a negative index means a
-    missing index, or an index before the first value."""
+    the last value before its line. Afterwards, a negative index means a missing index, or an index
+    before the first value."""
     back = index < 0
     if back.any():
         before = np.searchsorted(declared, line[back])
@@ -175,7 +171,7 @@ class _Text:
         if re.search(rb"^[ \t]", content, re.MULTILINE):
             self.lines = [line.lstrip(b" \t") for line in self.lines]
             content = b"\n".join(self.lines)
-        # Padding with newlines lets `rows` look a few bytes past the end of the last line.
+        # Pad with newlines, so that `rows` may look past the end of the last line.
         buffer = np.frombuffer(content + b"\n" * 8, np.uint8)
         ends = np.flatnonzero(buffer[:len(content) + 1] == 10)
         self._starts = np.concatenate([[0], ends[:-1] + 1])
@@ -199,7 +195,7 @@ class _Text:
         return decoded(self.lines[row][len(word):].strip())
 
     def columns(self, word: bytes) -> int:
-        """Return the smallest number of values among the lines that begin with ``word``."""
+        """Return the fewest values of a line that begins with ``word``."""
         rows = self.rows(word).tolist()
         return min((len(self.lines[row].split(None, 7)) - 1 for row in rows), default=0)
 
@@ -210,7 +206,7 @@ class _Text:
         Raises
         ------
         ValueError
-            a line has fewer numbers than ``least``, or text; the message names the first such line
+            a line has text or fewer numbers than ``least``; the message names the first such line
         """
         rows = self.rows(word).tolist()
         width = min(max(self.columns(word), least), 6)
@@ -236,10 +232,9 @@ class _Text:
 
     def named_before(self, word: bytes, lines: np.ndarray, default: str
                      ) -> tuple[list[str], np.ndarray]:
-        """Return the names that apply to ``lines``, without repetition, and for each of ``lines``
-        the index of its name. The name of a line follows ``word`` (for example ``usemtl``) in
-        the last earlier line that begins with ``word``. Without such a line, the name is
-        ``default``."""
+        """Return the names that apply to ``lines``, each once, and the index of each line's name:
+        the text after ``word`` (such as ``usemtl``) in the last earlier line that begins with it,
+        or ``default``."""
         rows = self.rows(word)
         said = [default, *(self.body(row, word) or default for row in rows.tolist())]
         used, which = np.unique(np.searchsorted(rows, lines), return_inverse=True)

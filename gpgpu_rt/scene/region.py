@@ -1,5 +1,4 @@
-"""Region: the rectangle of a picture that is drawn. Its pixels are the same as in the whole
-picture."""
+"""Region: the rectangle of a picture that is drawn, with the same pixels as the whole picture."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -28,8 +27,8 @@ class Region:
 
     @classmethod
     def of(cls, size: Sequence[int], region: Sequence[int] | None) -> Region:
-        """Return the region for the arguments ``size`` and ``region`` of ``Tracer.render``. If
-        ``region`` is None, return the whole picture.
+        """Return the region for ``size`` and ``region`` of ``Tracer.render``, by default the whole
+        picture.
 
         Raises
         ------
@@ -61,8 +60,8 @@ class Region:
         return *self.corner, *self.size
 
     def tiles(self, side: int) -> list[Region]:
-        """Return tiles of side x side pixels that cover the region, row by row. Tiles at the right
-        and bottom edges may be smaller."""
+        """Return tiles of side x side pixels that cover the region, row by row; smaller at the
+        right and bottom edges."""
         (left, top), (width, height) = self.corner, self.size
         return [Region(self.whole, (x, y), (min(side, left + width - x),
                                             min(side, top + height - y)))

@@ -23,27 +23,23 @@ from .sketch import sketch
 
 @dataclass(eq=False)
 class Scene:
-    """A scene to render. Make a scene with `load_scene`, `from_arrays` or `from_trimesh`.
+    """A scene to render, made by `load_scene`, `from_arrays` or `from_trimesh`.
 
     Attributes
     ----------
     name : the name of the scene in tables and figures
     triangles : (n, 3, 3) float32, world units, in the order of the given faces
-    colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1]. It is multiplied by
-        the texture of the triangle's material, if the material has a texture. All other
-        properties, such as mirror, glass and emission, come from the material
-    lights : the point lights; a single light need not be in a tuple. Triangles whose material
-        emits are also lights
+    colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1], which the texture of
+        its material multiplies. All other properties come from the material
+    lights : the point lights, or a single light; triangles of emitting materials are also lights
     camera : the default camera of pictures
     stand_in : the name of the original that a procedural scene replaces; None for an original
     source : the origin of the scene, such as a path or "built in"
-    faces : (n, 3) int32, the vertex indices of each triangle; None if the triangles were not
-        indexed
-    charts : if the triangles are the cells of a geometry image, (rows, columns) of texels of each
-        chart. Empty for any other mesh; see `GeometryImage`
-    materials : the materials. By default a single diffuse material
-    material_of : (n,) int32, index of each triangle's material in ``materials``. By default all
-        triangles have the first material
+    faces : (n, 3) int32, the vertex indices of each triangle, or None
+    charts : (rows, columns) of texels of each chart if the triangles are the cells of a
+        `GeometryImage`; else empty
+    materials : the materials; by default a single diffuse material
+    material_of : (n,) int32, index of each triangle's material in ``materials``; by default 0
     normals : (n, 3, 3) float32 unit normals of each triangle's corners, which shading
         interpolates; zeros for a flat triangle. None if all triangles are flat
     uv : (n, 3, 2) float32 texture coordinates of each triangle's corners, or None
@@ -68,7 +64,7 @@ class Scene:
     moving: bool = False
 
     def __post_init__(self) -> None:
-        # Ignore overflow here, because the check for finite values reports it.
+        # The check for finite values reports overflow.
         with np.errstate(over="ignore"):
             self.triangles = np.ascontiguousarray(self.triangles, np.float32)
         if self.triangles.ndim != 3 or self.triangles.shape[1:] != (3, 3):
@@ -113,7 +109,7 @@ class Scene:
 
     @property
     def title(self) -> str:
-        """The scene's title in pictures: its name, and the original that it stands in for."""
+        """The scene's name, and the original that it stands in for."""
         return titled(self.name, self.stand_in)
 
     def facts(self) -> dict[str, Any]:
@@ -151,7 +147,7 @@ class Scene:
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """The bounds (lo, hi), (3,) float32 each, world units; zeros if there are no triangles."""
+        """The bounds (lo, hi), (3,) float32 each, world units; zeros without triangles."""
         if not len(self):
             return np.zeros(3, np.float32), np.zeros(3, np.float32)
         axes = self.triangles.transpose(2, 0, 1)    # numpy reduces long axes much faster
@@ -164,8 +160,8 @@ class Scene:
         return float((hi.astype(np.float64) - lo).max())
 
     def moved(self, vertices: Any) -> Scene:
-        """Return the scene with new positions of its vertices. Colours, lights and camera stay the
-        same. Corner normals, if the scene has them, are computed anew from the triangles.
+        """Return the scene with moved vertices. Colours, lights and camera stay the same; corner
+        normals are computed anew.
 
         Parameters
         ----------
@@ -174,8 +170,7 @@ class Scene:
         Raises
         ------
         SceneError
-            the shape is wrong, or a vertex is not finite in float32. The message names the first
-            such vertex, or its triangle
+            the shape is wrong, or a vertex is not finite in float32; the message names the vertex
         """
         if np.ndim(vertices) != 3:
             with np.errstate(over="ignore"):    # `check_vertices` reports overflow
@@ -207,10 +202,9 @@ class Scene:
         ----------
         vertices : (v, 3) float, world units, rounded to float32
         faces : (n, 3) int
-        colours : (n, 3) or (3,) in [0, 1]; by default the diffuse shares of the materials, which
-            are light grey by default
+        colours : (n, 3) or (3,) in [0, 1]; by default the diffuse shares of the materials
         camera : by default, a camera that sees the whole scene from outside
-        light : by default, a light beside the camera, with no triangle between the two
+        light : by default, a light beside the camera that no triangle hides from it
         name, source : the scene's name in tables, and its origin
         appearance : materials, material_of, normals, uv, lights (instead of light), environment,
             moving, as in Scene
@@ -219,7 +213,7 @@ class Scene:
         ------
         SceneError
             a shape is wrong, a vertex is not finite in float32, or a face has an index out of
-            range; the message names the first such vertex or face
+            range; the message names the vertex or face
         """
         vertices = _array(vertices, np.float64, name, "vertices")
         faces = _faces(faces, name)
@@ -235,7 +229,7 @@ class Scene:
             colours = diffuse_of(len(faces), name, **appearance)
         lights = appearance.pop("lights", None)
         if lights is None:
-            # A default camera is outside the scene, so no triangle can hide a light beside it.
+            # No triangle hides the light of a default camera, which is outside the scene.
             lights = light or beside(camera, triangles if given else None)
         return cls(name, triangles, colours, lights, camera, source=source,
                    faces=faces.astype(np.int32), **appearance)
@@ -244,9 +238,8 @@ class Scene:
     def from_trimesh(cls, mesh: trimesh.Trimesh | trimesh.Scene, *, name: str = "mesh",
                      light: PointLight | None = None, camera: Camera | None = None,
                      source: str = "trimesh") -> Scene:
-        """Return a scene of a trimesh object, with its face, vertex or material colours.
-
-        A `trimesh.Scene` is flattened: each instance of a geometry is placed by its transform.
+        """Return a scene of a trimesh object, with its face, vertex or material colours. Each
+        instance of a geometry in a `trimesh.Scene` is placed by its transform.
 
         Parameters
         ----------
@@ -271,7 +264,7 @@ def diffuse_of(count: int, name: str, materials: Sequence[Material] = (Material(
 
 
 def _array(values: Any, dtype: type, name: str, what: str) -> np.ndarray:
-    """Return `values` as an (n, 3) array of a type. An empty list becomes a (0, 3) array."""
+    """Return (n, 3) values of a type; an empty list becomes (0, 3)."""
     try:
         if np.asarray(values).dtype.kind == "c":
             raise TypeError("complex numbers would lose their imaginary parts")
@@ -294,8 +287,7 @@ def _faces(faces: Any, name: str) -> np.ndarray:
 
 
 def check_vertices(vertices: np.ndarray, name: str) -> None:
-    """Raise SceneError if any of (v, 3) vertices is not finite in float32. The message names the
-    first such vertex."""
+    """Raise SceneError, which names the vertex, unless (v, 3) vertices are finite in float32."""
     with np.errstate(over="ignore"):
         finite = np.isfinite(vertices.astype(np.float32)).all(axis=1)
     if not finite.all():

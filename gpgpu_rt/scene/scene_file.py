@@ -37,8 +37,7 @@ def read_scene(path: Path, load_scene: Callable[[str], Scene]) -> Scene:
     Raises
     ------
     SceneError
-        the file is wrong; the message is one line that names the file, and the key if a single
-        key is wrong
+        the file is wrong; the message is one line that names the file and, if possible, the key
     """
     try:
         said = read_json(path)
@@ -88,7 +87,7 @@ class _SceneFile:
 
     def _mesh(self, entry: Mapping[str, Any], where: str) -> tuple[Any, ...]:
         """Return a mesh entry's triangles (n, 3, 3), colours, material rows, corner normals and
-        uv. Normals and uv are None if the mesh has none. Without normals, shading is flat."""
+        uv. The last two may be None; without normals, shading is flat."""
         shapes = [shape for shape in _SHAPES if shape in entry]
         if len(shapes) != 1:
             raise SceneError(f"{self.path}: {where} has {' and '.join(shapes) or 'no shape'}; "
@@ -172,8 +171,7 @@ class _SceneFile:
         return quad(*np.array(entry["quad"], np.float64))
 
     def _row(self, name: str | None, where: str) -> int:
-        """Return the row of the material of this name. Without a name, add a default material and
-        return its row."""
+        """Return the row of the material of this name. Without a name, add a default material."""
         if name is None:
             self.materials.append(Material())
             return len(self.materials) - 1
@@ -225,7 +223,7 @@ class _SceneFile:
         self.materials.append(self._said(make, where))
 
     def _said(self, make: Any, where: str = "") -> Any:
-        """Return the result of ``make``. Add the file and the key to the message of an error."""
+        """Return the result of ``make``; its errors name the file and the key."""
         try:
             return make()
         except SceneError as error:

@@ -1,5 +1,4 @@
-"""Scene keys: declares the keys of a scene file. The check of a file and the JSON schema for users
-are both made from this declaration."""
+"""Scene keys: declares the keys of a scene file, for its check and for its JSON schema."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -17,8 +16,8 @@ class Key:
     Attributes
     ----------
     kind : "text", "flag", "number", "vector", "size" (one number or three), "points" (four
-        vectors), "map of text", or the name of an object in ``OBJECTS``. "list of " or "map of "
-        before the name of an object stands for several objects of this kind
+        vectors), "map of text", the name of an object in ``OBJECTS``, or such a name after "list
+        of " or "map of "
     help : the meaning of the key, for the schema and for errors
     required : whether the object must have this key
     least, most : inclusive bounds of the key's numbers
@@ -108,8 +107,8 @@ OBJECTS: Mapping[str, Mapping[str, Key]] = {
 
 
 def check(value: Any, kind: str, where: str, key: Key = Key("", "")) -> None:
-    """Raise SceneError unless the value has the given kind. The message is one line that begins
-    with ``where``. ``key`` has the bounds of numbers."""
+    """Raise SceneError, whose message begins with ``where``, unless the value has the given kind
+    and its numbers keep the bounds of ``key``."""
     if kind.startswith(("list of ", "map of ")):
         many, _, one = kind.partition(" of ")
         shape = list if many == "list" else dict

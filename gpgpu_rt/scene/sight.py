@@ -12,9 +12,6 @@ def first_seen(triangles: np.ndarray, eye: np.ndarray, directions: np.ndarray
                ) -> tuple[np.ndarray, np.ndarray]:
     """Return the distance and the index of the first triangle in each direction.
 
-    For all pairs of a ray and a triangle, a matrix product tests whether the ray misses the
-    triangle's bounding sphere. The watertight test decides the remaining pairs.
-
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
@@ -35,8 +32,8 @@ def first_seen(triangles: np.ndarray, eye: np.ndarray, directions: np.ndarray
         radius = ((rows - middle[:, None]) ** 2).sum(axis=2).max(axis=1)
         middle -= start
         along = middle @ unit.T
-        # Enlarge the squared radius by a factor of 1 + 10^-5, because rounding must not cull a ray
-        # through a corner.
+        # Enlarge the squared radius by a factor of 1 + 10^-5: rounding must not cull a ray through
+        # a corner.
         limit = (middle ** 2).sum(axis=1) * (1 - 1e-9) - radius * (1 + 1e-5)
         row, ray = np.nonzero((limit[:, None] <= along ** 2) & (
             along >= -np.sqrt(radius)[:, None]))
@@ -54,8 +51,8 @@ def first_seen(triangles: np.ndarray, eye: np.ndarray, directions: np.ndarray
 
 
 def shows_back(triangles: np.ndarray, seen: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Return (r,) bool: whether each ray meets the back of the triangle that it sees. The entry is
-    False on a miss."""
+    """Return (r,) bool, whether each ray meets the back of the triangle that it sees; False on a
+    miss."""
     met = seen >= 0
     a, b, c = triangles[seen[met]].astype(np.float64).transpose(1, 0, 2)
     backs = np.zeros(len(seen), bool)

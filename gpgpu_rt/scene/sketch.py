@@ -13,15 +13,13 @@ _AMBIENT = 0.25     # brightness of a surface that the camera sees edge on
 _BLANK = 255        # grey level behind the scene
 _WIDEST = 8         # largest side of the square that a point covers, in pixels
 _OVERLAP = 1.5      # side of a point's square / distance between neighbouring points
-# Multiples of these two numbers, modulo 1, are spread evenly over the unit square (Roberts 2018).
+# Multiples of these numbers, modulo 1, fill the unit square evenly (Roberts 2018).
 _STEPS = np.array([[0.7548776662466927], [0.5698402909980532]])
 
 
 def sketch(triangles: np.ndarray, colours: np.ndarray, camera: Camera) -> Image.Image:
-    """Return a picture of triangles, lit from the camera.
-
-    The number of points and of triangles is bounded, so a sketch of a large mesh shows only a
-    sample of its triangles.
+    """Return a picture of triangles, lit from the camera. A large mesh shows only a sample of its
+    triangles.
 
     Parameters
     ----------
@@ -51,16 +49,15 @@ def sketch(triangles: np.ndarray, colours: np.ndarray, camera: Camera) -> Image.
         use = np.flatnonzero((side > dx) & (side > dy) & (x + dx >= 0) & (x + dx < width)
                              & (y + dy >= 0) & (y + dy < height))
         use = use[depth[use] < nearest[y[use] + dy, x[use] + dx]]
-        # Far points come first. If several points cover a pixel, the assignment keeps the last
-        # point, which is the nearest.
+        # Far points come first, so the nearest point of a pixel is assigned last and stays.
         at = y[use] + dy, x[use] + dx
         pixels[at], nearest[at] = grey[use], depth[use]
     return Image.fromarray(pixels)
 
 
 def _points(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Return POINTS points that are spread over the area of the triangles, the unit normals and
-    the rows of their triangles, and the distance between neighbouring points."""
+    """Return POINTS points spread over the triangles, the unit normals and the rows of their
+    triangles, and the distance between neighbouring points."""
     cross = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     size = np.linalg.norm(cross, axis=1)
     sums = np.cumsum(size)

@@ -28,8 +28,8 @@ _UNREADABLE = (OSError, ValueError, SyntaxError, EOFError, TypeError, IndexError
 
 @contextlib.contextmanager
 def quietly() -> Iterator[None]:
-    """Silence Pillow's warnings about large images in this context. The memory budget rejects
-    images that are too large."""
+    """Silence Pillow's warnings about large images in this context; the memory budget rejects
+    them."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Image.DecompressionBombWarning)
         yield
@@ -52,8 +52,8 @@ class Texture:
         texels = np.ascontiguousarray(self.texels, np.float32)
         if texels.ndim != 3 or texels.shape[2] != 3 or not texels.size:
             raise SceneError(f"texture {self.name}: shape {texels.shape}; give (height, width, 3)")
-        # GPU textures store half floats. Round the texels here, so that the reference samples the
-        # same values as the shaders. Convert rows in blocks to avoid a second full copy.
+        # Round to half floats, as GPU textures do, so that the reference samples the same values.
+        # Convert rows in blocks to avoid a second full copy.
         halves = np.empty_like(texels)
         rows = max(1, _BLOCK // texels.shape[1])
         for first in range(0, len(texels), rows):
@@ -66,8 +66,8 @@ class Texture:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Texture:
-        """Return the texture of the file at ``path``. The file is an sRGB image, or an .npy file
-        with a linear (height, width, 3) array.
+        """Return the texture of an sRGB image file, or of an .npy file with a linear (height,
+        width, 3) array.
 
         Raises
         ------
@@ -94,8 +94,7 @@ class Texture:
 
     @classmethod
     def from_image(cls, image: Image.Image, name: str = "image") -> Texture:
-        """Return the texture of an sRGB PIL image. Messages call the texture ``name``. Alpha is
-        ignored.
+        """Return the texture of an sRGB PIL image; alpha is ignored. Messages call it ``name``.
 
         Raises
         ------
@@ -117,8 +116,8 @@ class Texture:
         return made
 
     def sample(self, uv: Any) -> np.ndarray:
-        """Return (n, 3) float64 linear colours at (n, 2) texture coordinates ``uv``. (0, 0) is the
-        lower left corner, and the image repeats. ``glsl/render/texture.glsl`` does the same."""
+        """Return (n, 3) float64 linear colours at (n, 2) texture coordinates, (0, 0) at the lower
+        left; the image repeats. ``glsl/render/texture.glsl`` does the same."""
         height, width = self.texels.shape[:2]
         at = np.asarray(uv, np.float64)
         at = (at - np.floor(at)) * (1, -1) + (0, 1)
@@ -133,8 +132,7 @@ class Texture:
 
 
 def _numbers(path: Path) -> np.ndarray:
-    """Return the array of an .npy file. Raise ValueError if the file is not an array of real
-    numbers."""
+    """Return the array of an .npy file. Raise ValueError unless it holds real numbers."""
     with open_input(path) as file:
         if file.read(6) != b"\x93NUMPY":
             raise ValueError("not a single array as numpy.save writes it")

@@ -1,4 +1,4 @@
-"""Values: checks numbers and vectors from users. An error names the quantity that is wrong."""
+"""Values: checks numbers and vectors from users; errors name the quantity that is wrong."""
 from __future__ import annotations
 
 from typing import Any
@@ -13,8 +13,7 @@ LARGEST = 1e30      # shaders multiply these values in float32, which overflows 
 
 
 def vector(value: Any, what: str, least: float = -np.inf, most: float = np.inf) -> Vector:
-    """Return three finite numbers in [least, most]. For any other value, raise a SceneError that
-    names ``what``."""
+    """Return three finite numbers in [least, most], or raise a SceneError that names ``what``."""
     try:
         array = np.asarray(value, np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -30,8 +29,7 @@ def vector(value: Any, what: str, least: float = -np.inf, most: float = np.inf) 
 
 
 def number(value: Any, what: str, least: float = -np.inf, most: float = np.inf) -> float:
-    """Return a finite number in [least, most]. For any other value, raise a SceneError that names
-    ``what``."""
+    """Return a finite number in [least, most], or raise a SceneError that names ``what``."""
     try:
         found = np.nan if isinstance(value, (bool, str)) else float(value)
     except (TypeError, ValueError, OverflowError):

@@ -1,2 +1,1 @@
-"""Sessions. A session builds a method's accelerator over a scene and traces rays through it.
-`Pictures` draws the scene with the rays of a session."""
+"""Sessions: build a method's accelerator over a scene, trace rays through it and draw pictures."""

@@ -1,10 +1,9 @@
 """All hits: every triangle that a ray passes through, nearest first, found by repeated tracing.
 
-Hits are in the order of (t, triangle). After a hit at (t, triangle), the ray continues with this t
-as its t_min. At exactly this t, it accepts only triangles with a higher index. ``accept`` in
-``glsl/core/triangle.glsl`` decides this for every method. Therefore no hit is skipped, no offset
-is needed, and coincident triangles are all found. The t at which a ray continues is not converted
-to the caller's units, because a conversion could round it.
+Hits are in the order of (t, triangle). After a hit, the ray continues with the hit's t as its
+t_min; at exactly this t, it accepts only triangles with a higher index (``accept`` in
+``glsl/core/triangle.glsl``). So no hit is skipped, no offset is needed, and coincident triangles
+are all found.
 """
 from __future__ import annotations
 
@@ -24,7 +23,7 @@ from ..traversal.method import Method
 
 @dataclass
 class AllHits:
-    """All hits of n rays, m hits in total. The hits are in the order of (ray, t, triangle).
+    """All hits of n rays, m in total, in the order of (ray, t, triangle).
 
     Attributes
     ----------
@@ -32,7 +31,7 @@ class AllHits:
     t : (m,) float32, in units of the ray's |direction|
     u, v : (m,) float32, barycentric: p = (1 - u - v) v0 + u v1 + v v2
     triangle : (m,) int32, row of the scene's faces as given
-    status : (n,) uint8, as in ``Hits``. A ray with a status other than 0 may have more hits
+    status : (n,) uint8, as in ``Hits``; a ray with a status other than 0 may have more hits
     shape : shape of the rays, as in ``Hits``
     """
 
@@ -71,8 +70,8 @@ class AllHits:
         return getattr(self, name).reshape(self.shape)
 
 
-# Traces rays once: receives (height, width, 3, 4) texels of RAY_AFTER_HIT, and returns the fields
-# of HIT and the status, with an entry for each ray.
+# Traces (height, width, 3, 4) texels of RAY_AFTER_HIT once; returns the fields of HIT and the
+# status of each ray.
 Round = Callable[[np.ndarray], tuple[dict[str, np.ndarray], np.ndarray]]
 
 
@@ -83,7 +82,7 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
     ----------
     batch : the rays
     trace : finds the nearest hits of rays that continue after a hit
-    max_hits : largest number of hits of a ray; None for all hits
+    max_hits : largest number of hits of a ray; None for all
 
     Raises
     ------
@@ -97,7 +96,7 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
     fields = {**batch.given_fields(), "after": np.full(batch.count, -1)}
     status = batch.status()
     # In the first round, also trace empty rays, so that packets match the tiles of the image. If
-    # the rays were sorted, the empty rays are already left out.
+    # the rays were sorted, empty rays are already left out.
     rays = np.arange(batch.count) if batch.order is None else batch.order.rays
     found: list[dict[str, np.ndarray]] = []
     height, width = batch.size[::-1]
@@ -109,7 +108,7 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
                                 **{name: fields[name][rays] for name in fields})
         hits, ended = trace(image.reshape(height, width, *NO_RAY.shape))
         ended = ended[:len(rays)]
-        # Drop the hit of a stopped ray, because the ray may have a nearer hit.
+        # Drop the hit of a stopped ray, which may have a nearer hit.
         status[rays[ended != TRACED]] = ended[ended != TRACED]
         some = np.flatnonzero((hits["triangle"][:len(rays)] != NO_TRIANGLE) & (ended == TRACED))
         rays = rays[some]
@@ -125,7 +124,7 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
 
 
 def check_exact(method: Method, options: Mapping[str, Any]) -> None:
-    """Raise OptionError for options that may lose hits or that round t."""
+    """Raise OptionError for options that may lose hits or round t."""
     for option in method.options:
         if options[option.name] in option.relaxed:
             raise OptionError(f"{option.name}={options[option.name]} may lose hits, but all hits "
@@ -142,7 +141,7 @@ def _ordered(batch: RayBatch, found: list[dict[str, np.ndarray]], status: np.nda
     parts = {name: np.concatenate([np.zeros(0, kind), *(one[name] for one in found)]).astype(kind)
              for name, kind in kinds.items()}
     parts["t"] = batch.given_units(parts["t"], parts["ray"])
-    # Sort by t and triangle again, because the caller's units may round two t to the same t.
+    # Sort again, because the caller's units may round two t to the same t.
     order = np.lexsort((parts["triangle"], parts["t"], parts["ray"]))
     return AllHits(**{name: values[order] for name, values in parts.items()}, status=status,
                    shape=batch.shape)

@@ -1,13 +1,12 @@
 """Build ahead: a CPU process builds the next frame's accelerator while passes trace this frame.
 
 B. C. Budge, J. C. Anderson, C. Garth, K. I. Joy, "A Hybrid CPU-GPU Implementation for Interactive
-Ray-Tracing of Dynamic Scenes", 2008 (survey, section 3.4), trace with a stack on the GPU and build
-the kd-tree of each frame on the CPU. While the CPU builds the tree of frame n + 1, the GPU traces
-frame n.
+Ray-Tracing of Dynamic Scenes", 2008 (survey, section 3.4): while the GPU traces frame n with a
+stack, the CPU builds the kd-tree of frame n + 1.
 
-Departure: any accelerator that the CPU builds alone can be built ahead, not only a kd-tree. The
-build runs in a separate process, because OpenGL calls hold Python's interpreter lock. The process
-is spawned, not forked, because a fork would inherit the OpenGL context.
+Departure: any accelerator that the CPU builds alone can be built ahead. The build runs in a
+separate process, because OpenGL calls hold Python's interpreter lock. The process is spawned,
+because a fork would inherit the OpenGL context.
 """
 from __future__ import annotations
 
@@ -32,7 +31,7 @@ from .sessions import Sessions
 
 
 class Coming(NamedTuple):
-    """A scene, and its accelerator, which is being built."""
+    """A scene, and its accelerator in the making."""
 
     scene: Scene
     accelerator: Future[Accelerator]
@@ -54,7 +53,7 @@ class Builds:
                               "another process cannot run them; move frame by frame with update, "
                               "or leave build_device at cpu")
         self._session = session
-        # A context cannot be sent to another process, and builds on the CPU need none.
+        # A context cannot be sent to another process; builds on the CPU need none.
         self._options = {**session.options, "context": None}
         self._pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
 
@@ -73,7 +72,7 @@ class Builds:
 
 
 def move_ahead(sessions: Sessions, positions: Iterable[np.ndarray]) -> Iterator[None]:
-    """Begin to build the first frame, and return an iterator that moves the scene frame by frame.
+    """Begin to build the first frame; return an iterator that moves the scene frame by frame.
 
     Parameters
     ----------
@@ -96,7 +95,7 @@ def move_ahead(sessions: Sessions, positions: Iterable[np.ndarray]) -> Iterator[
 
 
 def _frames(sessions: Sessions, positions: Iterator[np.ndarray]) -> Iterator[None]:
-    """Yield when the first build has begun, and then after each move."""
+    """Yield once the first build has begun, then after each move."""
     with sessions.moving() as session:
         builds = Builds(session)
     with builds:
@@ -128,7 +127,7 @@ def _begin(builds: Builds, sessions: Sessions,
 
 
 def _build(method: str, options: Mapping[str, Any], triangles: np.ndarray) -> Accelerator:
-    """Build an accelerator whose tables hold plain arrays. The process of `Builds` runs this."""
+    """Build, in the process of `Builds`, an accelerator whose tables hold plain arrays."""
     with uncached():
         built = find_method(method).prepare(triangles, {**options, "charts": None})
     tables = {name: {field: np.asarray(values) for field, values in table.items()}
@@ -138,8 +137,7 @@ def _build(method: str, options: Mapping[str, Any], triangles: np.ndarray) -> Ac
 
 @contextlib.contextmanager
 def _one_line_errors() -> Iterator[None]:
-    """Return a context that raises an error of this package if the building process ends early, or
-    if memory is lacking."""
+    """Raise an error of this package if the building process ends early or memory is lacking."""
     try:
         yield
     except BrokenProcessPool as failure:

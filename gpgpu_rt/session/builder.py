@@ -27,7 +27,7 @@ class Builder:
         self._built_cost: float | None = None   # SAH cost of the last build, to compare refits
 
     def stored(self, scene: Scene) -> np.ndarray:
-        """Return the triangles as textures store them. Boxes must enclose them in this form."""
+        """Return the triangles as textures store them, the form that boxes must enclose."""
         return shrink_flat(self.precision.stored(scene.triangles))
 
     def build(self, triangles: np.ndarray) -> Accelerator:
@@ -36,11 +36,9 @@ class Builder:
         return self._method.prepare(triangles, {**self._options, "charts": self._charts})
 
     def refit(self, accelerator: Accelerator, triangles: np.ndarray) -> Accelerator | None:
-        """Return the accelerator refitted to (n, 3, 3) stored triangles, or None.
-
-        None means that the accelerator must be rebuilt: the method cannot refit, or the refitted
-        SAH cost exceeds ``rebuild_ratio`` times the cost of the last build.
-        """
+        """Return the accelerator refitted to (n, 3, 3) stored triangles; None if it must be
+        rebuilt, because the method cannot refit, or the refitted SAH cost exceeds
+        ``rebuild_ratio`` times that of the last build."""
         ratio = self._options.get("rebuild_ratio", np.inf)
         if self._method.refit is None or ratio == 0:
             return None

@@ -28,10 +28,8 @@ Progress = Callable[[int, int, float], None]    # samples done, samples in all, 
 
 
 class Pictures:
-    """Draws pictures with the rays of a session. Keeps the last integrator for the next picture.
-
-    Methods of `Tracer` with the same names document the parameters.
-    """
+    """Draws pictures with the rays of a session, and keeps the last integrator. Methods of
+    `Tracer` with the same names document the parameters."""
 
     def __init__(self, gpu: Gpu, statistics: Statistics) -> None:
         self.gpu, self.statistics = gpu, statistics
@@ -64,15 +62,15 @@ class Pictures:
 
     @property
     def radiance(self) -> np.ndarray:
-        """The linear radiance, (height, width, 3) float32, of the last picture of the
-        integrator "path"."""
+        """The linear radiance of the last picture of the integrator "path", (height, width, 3)
+        float32."""
         found = self.integrator.radiance if self.integrator is not None else None
         if found is None:
             raise Error('there is no radiance yet; render with integrator="path"')
         return found
 
     def unfinished(self) -> Image.Image | None:
-        """Return the unfinished picture of the integrator "path" after an interrupt, or None."""
+        """Return the picture of the integrator "path" so far, after an interrupt, or None."""
         if self.integrator is None or self.integrator.radiance is None:
             return None
         return Image.fromarray(self.integrator.show(self.integrator.radiance.astype(np.float64)))
@@ -100,8 +98,7 @@ class Pictures:
 
     def plan(self, session: Session, region: Region, integrator: str | None,
              options: Mapping[str, Any]) -> Plan:
-        """Return the plan of a ``render`` with these arguments: its passes and textures, and the
-        reasons why all other passes and textures are left out."""
+        """Return the plan of a ``render`` with these arguments."""
         drawer = self._drawer(session, region, integrator, options)
         rays, buffers = session.buffers.of(drawer.size)
         buffers.side(0)
@@ -113,7 +110,7 @@ class Pictures:
 
     def _drawer(self, session: Session, region: Region, integrator: str | None,
                 options: Mapping[str, Any]) -> Integrator:
-        """Return the integrator for a picture. Reuse the last integrator if it fits."""
+        """Return the integrator for a picture, the last one if it fits."""
         kind, last = find_integrator(integrator), self.integrator
         asked = kind.asked(options, session.structure.precision)
         needs = SceneNeeds.of(session.scene, asked)
@@ -128,7 +125,7 @@ class Pictures:
         return self.integrator
 
     def follow(self, session: Session) -> None:
-        """From now on, shade the surfaces on which this session's hits lie."""
+        """From now on, shade the surfaces of this session."""
         if self.integrator is not None:
             self.integrator.take(session.structure.shown)
 

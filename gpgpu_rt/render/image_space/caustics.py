@@ -1,11 +1,10 @@
-"""Caustics mapping: the light that glass, water or mirrors focus on other surfaces, computed in
-image space.
+"""Caustics mapping: the light that glass, water or mirrors focus on other surfaces.
 
-The method is that of Shah, Konttinen and Pattanaik (2007; survey, section 5); see
-``glsl/image_space/caustic_splat.vert``. The light is a point. A camera at the light draws an image
-of the refractor, which is the glass, water or mirror. Each pixel of this image is a photon. A
-second, wider camera at the light draws an image of the receivers, which are all other surfaces. A
-photon searches the second image for the point where it lands.
+The image-space method is that of Shah, Konttinen and Pattanaik (2007; survey, section 5); see
+``glsl/image_space/caustic_splat.vert``. A camera at a point light draws an image of the refractor,
+which is the glass, water or mirror. Each pixel of this image is a photon. A second, wider camera
+at the light draws an image of the receivers, which are all other surfaces. A photon searches the
+second image for the point where it lands.
 """
 from __future__ import annotations
 
@@ -38,12 +37,12 @@ class Caustics:
 
     Parameters
     ----------
-    tracer : the tracer of the scene; one of the scene's materials is a dielectric or a mirror
+    tracer : the tracer of a scene with a dielectric or a mirror
     light : (3,) position of the light, outside the refractor
-    photons : pixels along a side of the refractor's image, which has a photon for each pixel
+    photons : pixels along a side of the refractor's image, one photon each
     resolution : pixels along a side of the receivers' image, and of the caustic map
-    spread : the tangent of the half angle of the receivers' image, divided by the tangent of the
-        half angle of the refractor's image
+    spread : the tangent of the half angle of the receivers' image divided by that of the
+        refractor's image
     splat : side in pixels of the square that a photon covers in the caustic map
     iterations : number of successive estimates of the point where a photon lands
     smooth : whether to interpolate the refractor's normals; otherwise, triangles are flat
@@ -51,7 +50,7 @@ class Caustics:
     Attributes
     ----------
     camera, wide : the cameras at the light, for the refractor and for the receivers
-    borders : 0 for a mirror, 2 for a closed surface of glass, 1 for an open surface with glass or
+    borders : 0 for a mirror, 2 for a closed surface of glass, 1 for an open one with glass or
         water behind it
     """
 
@@ -132,8 +131,8 @@ class Caustics:
 
         Parameters
         ----------
-        landed : (n, n, 4) points and flux of photons, as `landings` and `traced` return them. If
-            None, photons search the receivers' image for these points
+        landed : (n, n, 4) points and flux of photons, as `landings` and `traced` return them; None
+            to search the receivers' image
         """
         if landed is not None and np.shape(landed) != (self.photons, self.photons, 4):
             raise OptionError(f"landed has the shape {np.shape(landed)}; give ({self.photons}, "
@@ -148,16 +147,15 @@ class Caustics:
             return read_texture(self._textures["caustic"])[:, :, 0]
 
     def landings(self) -> np.ndarray:
-        """Return (photons, photons, 4) float32: the point where each photon lands, and its flux.
-        The flux is 0 for a lost photon."""
+        """Return (photons, photons, 4) float32: the point where each photon lands, and its flux, 0
+        for a lost photon."""
         with self.gpu:
             self._see()
             self._drop(("HOME",), "landed")
             return read_texture(self._textures["landed"])
 
     def traced(self) -> np.ndarray:
-        """Return the landings of the photons in the form of `landings`. Here, the tracer's method
-        traces the photons through the scene as rays."""
+        """Return the photons' landings in the form of `landings`, traced as rays by the tracer."""
         origins, directions = self.camera.rays((self.photons,) * 2)
         right, up, forward = self.camera.basis((1, 1))
         area = 4 * np.linalg.norm(right) * np.linalg.norm(up) / self.photons ** 2
@@ -197,8 +195,8 @@ class Caustics:
     # The picture ----------------------------------------------------------------------------
 
     def look(self, places: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Return (h, w) float32, the irradiance at points according to the last `map`, for a light
-        of 1 watt per steradian.
+        """Return (h, w) float32, the irradiance at points according to the last `map`, for 1 watt
+        per steradian.
 
         Parameters
         ----------
@@ -213,24 +211,23 @@ class Caustics:
     def draw(self, camera: Camera | None = None, size: tuple[int, int] = (256, 256),
              landed: np.ndarray | None = None) -> np.ndarray:
         """Return (h, w) float32, the irradiance of the caustic at a camera's first hits, for a
-        light of 1 watt per steradian, row 0 at the top. The refractor itself gets 0. To add
-        the caustic to a picture, multiply the irradiance by colour / pi. ``landed`` is as for
-        `map`."""
+        light of 1 watt per steradian, row 0 at the top; 0 on the refractor itself. To add the
+        caustic to a picture, multiply by colour / pi. ``landed`` is as for `map`."""
         self.map(landed)
         seen = Visible.of(self.tracer, camera, size)
         seen.normals[np.isin(seen.hits.triangle, self.rows).reshape(seen.normals.shape[:2])] = 0
         return self.look(seen.places, seen.normals)
 
     def release(self) -> None:
-        """Free textures and programs; the object cannot be used afterwards."""
+        """Free textures and programs."""
         with self.gpu:
             release(self.mesh, self._receive, self._look, self._splats, self._targets,
                     self._textures, self._tables, self._depths)
 
 
 def turning(tracer: Tracer) -> tuple[np.ndarray, float | None, float]:
-    """Return the rows of the triangles that refract or mirror light; their refractive index, or
-    None for mirrors; and the share of light that mirrors reflect."""
+    """Return the rows of the triangles that refract or mirror light; their refractive index, None
+    for mirrors; and the share of light that mirrors reflect."""
     scene = tracer.scene
     turns = np.array([bool(m.ior) or any(m.mirror) for m in scene.materials])
     rows = np.flatnonzero(turns[scene.material_of])
@@ -245,8 +242,8 @@ def turning(tracer: Tracer) -> tuple[np.ndarray, float | None, float]:
 
 
 def is_closed(triangles: np.ndarray) -> bool:
-    """Return whether every edge of (n, 3, 3) triangles belongs to exactly two triangles. Triangles
-    with two equal corners are ignored."""
+    """Return whether every edge of (n, 3, 3) triangles belongs to exactly two triangles, ignoring
+    triangles with two equal corners."""
     corners = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
     edges = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
     whole = (edges[:, :, 0] != edges[:, :, 1]).all(axis=1)
@@ -255,9 +252,8 @@ def is_closed(triangles: np.ndarray) -> bool:
 
 
 def _views(light: np.ndarray, corners: np.ndarray, spread: float) -> tuple[Camera, Camera]:
-    """Return two cameras at the light. The image of the narrow camera just contains the triangles
-    ``corners``, (k, 3, 3). The image of the other camera is wider by the factor ``spread``. WIDEST
-    limits both angles."""
+    """Return two cameras at the light: one whose image just contains the triangles ``corners``,
+    (k, 3, 3), and one wider by the factor ``spread``. WIDEST limits both angles."""
     points = corners.reshape(-1, 3).astype(np.float64)
     centre = (points.min(0) + points.max(0)) / 2
     away = centre - light

@@ -1,5 +1,4 @@
-"""Patches: divides triangles into patches of constant radiance. This module also traces shadow
-rays to compute the direct light of lamps at points."""
+"""Patches: divides triangles into patches, and computes the direct light at points."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
@@ -12,24 +11,23 @@ if TYPE_CHECKING:
     from ...tracer import Tracer
 
 LIFT = 1e-4       # offset of shadow rays from the surface, as a share of the scene's extent
-# The fractional parts of the multiples of SPREAD_3 fill a cube evenly. The fractional parts of the
-# multiples of SPREAD_2 fill a square evenly. Roberts (2018) derives SPREAD_3 from the root of
-# x^4 = x + 1, and SPREAD_2 from the root of x^3 = x + 1.
+# Steps whose multiples, modulo 1, fill a cube and a square evenly (Roberts 2018): powers of the
+# roots of x^4 = x + 1 and x^3 = x + 1.
 SPREAD_3 = 1.2207440846057596 ** -np.arange(1.0, 4.0)
 SPREAD_2 = 1.3247179572447460 ** -np.arange(1.0, 3.0)
 
 
 def cuts_of(triangles: np.ndarray, longest: float) -> np.ndarray:
-    """Return (n,) int, for each of (n, 3, 3) triangles the number of equal parts into which each
-    edge must be cut, so that no part is longer than ``longest``."""
+    """Return (n,) int, for each of (n, 3, 3) triangles the number of equal parts into which to cut
+    its edges so that no part is longer than ``longest``."""
     corners = np.asarray(triangles, np.float64)
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0)
     return np.maximum(np.ceil(edges / longest), 1).astype(int)
 
 
 def divided(triangles: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Divide each triangle into k^2 similar parts, with k such that no edge is longer than
-    ``longest``.
+    """Divide each triangle into k^2 similar parts, with the least k for which no edge is longer
+    than ``longest``.
 
     Parameters
     ----------
@@ -63,8 +61,8 @@ def _weights(k: int) -> np.ndarray:
 
 
 def areas_and_normals(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the areas (n,) and normals (n, 3), float64, of (n, 3, 3) triangles. Normals have unit
-    length, or are zero for triangles without area."""
+    """Return the areas (n,) and unit normals (n, 3), float64, of (n, 3, 3) triangles; the normal
+    of a triangle without area is zero."""
     v0, v1, v2 = triangles.astype(np.float64).transpose(1, 0, 2)
     normal = np.cross(v1 - v0, v2 - v0)
     twice = np.linalg.norm(normal, axis=1)
@@ -73,15 +71,13 @@ def areas_and_normals(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def straight_light(tracer: Tracer, places: np.ndarray, normals: np.ndarray,
                    samples: int = 64) -> np.ndarray:
-    """Return the irradiance at points from emitting triangles and point lights. The tracer finds
-    which lights are occluded.
+    """Return the irradiance at points from emitting triangles and point lights, with shadows.
 
     Parameters
     ----------
     tracer : the tracer of the scene
     places, normals : (n, 3) points, and unit normals on the side that is lit
-    samples : the number of points on lamps, which are evenly distributed; all places use the same
-        points
+    samples : the number of points on lamps, evenly distributed and the same for all places
 
     Returns
     -------
@@ -118,8 +114,8 @@ def straight_light(tracer: Tracer, places: np.ndarray, normals: np.ndarray,
 
 
 def _reaching(tracer: Tracer, start: np.ndarray, to: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """Return ``value``, (n,), with 0 for negative values, and with 0 where a triangle lies between
-    ``start`` and the light at ``start`` + ``to``."""
+    """Return ``value``, (n,), with 0 for negative values and where a triangle occludes the light
+    at ``start`` + ``to``."""
     reaching = np.where(value > 0, value, 0.0)
     some = np.flatnonzero(reaching)
     if len(some):

@@ -1,5 +1,4 @@
-"""Photons: traces light from a point through glass and off mirrors to the surface where it
-lands."""
+"""Photons: traces light from a point through glass and off mirrors to where it lands."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
@@ -20,21 +19,20 @@ def traced_photons(tracer: Tracer, normals: np.ndarray, origins: np.ndarray,
                    directions: np.ndarray, flux: np.ndarray) -> np.ndarray:
     """Return the points where photons land after refractions or reflections.
 
-    At a dielectric, a photon continues with the refracted share of its flux; the reflected share
-    is dropped. After total reflection, the photon continues with all of its flux.
+    At a dielectric, a photon continues with the refracted share of its flux, or, after total
+    reflection, with all of it. The reflected share is dropped.
 
     Parameters
     ----------
-    tracer : the tracer of the scene. The scene's materials decide which triangles refract or
-        reflect photons
+    tracer : the tracer of the scene, whose materials refract or reflect photons
     normals : (m, 3, 3) normals of the corners of the scene's triangles
     origins, directions : (n, 3) of the photons; directions have unit length
     flux : (n,) the flux of each photon
 
     Returns
     -------
-    (n, 4) float64: the point where each photon lands, and its flux there. A photon that met no
-    dielectric or mirror, or that was lost, has zeros
+    (n, 4) float64: the point where each photon lands, and its flux there; zeros for a lost photon
+    and for a photon that met no dielectric or mirror
     """
     scene = tracer.scene
     ior = np.array([m.ior or 0.0 for m in scene.materials])[scene.material_of]

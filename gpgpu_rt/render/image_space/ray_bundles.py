@@ -2,10 +2,10 @@
 
 The method is that of Szirmay-Kalos (1998) and Hachisuka (2005; survey, section 5); see
 ``glsl/image_space/bundle_peel.frag``. All surfaces are diffuse, and are divided into patches of
-constant radiance. Light travels between patches along a fixed set of directions, forwards and
-backwards along each direction (`RayBundles.solve`). The visible points then gather light along
-another set of directions (`RayBundles.draw`). Few of these directions would meet a small lamp.
-Therefore, by default, shadow rays find the direct light of lamps.
+constant radiance. Light travels between patches both ways along a fixed set of directions
+(`RayBundles.solve`). The visible points then gather light along another set of directions
+(`RayBundles.draw`). Few of these directions would meet a small lamp, so by default, shadow rays
+find the direct light of lamps.
 """
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 STRAIGHT = ("traced", "bundles")
 FAR = 1e30           # a depth behind all surfaces
 MOST_LAYERS = 4096   # a projection with more layers is an error
-# The smallest patch, as a share of the scene's extent. A triangle as large as the scene would have
-# 10^12 patches of this size.
+# The smallest patch, as a share of the scene's extent. A triangle as large as the scene then has
+# 10^12 patches.
 LEAST_PATCH = 1e-6
 LIFTED = 0.2         # distance from the surface at which light is gathered, in pixels
 NEARER = replace(LAYER, name="nearer")
@@ -48,23 +48,21 @@ class RayBundles:
 
     Parameters
     ----------
-    tracer : the tracer of the scene. It traces first hits, and shadow rays towards lamps
+    tracer : the tracer of the scene; it traces first hits and shadow rays
     patch : the longest edge of a patch, as a share of the scene's extent, from 1e-6 to 1
     resolution : pixels along a side of a projection
-    straight : how the direct light of lamps is found. "traced" traces ``samples`` shadow rays from
-        each point. With "bundles", the bundles transport this light like all other light; use
-        "bundles" only with large lamps
+    straight : how direct light of lamps is found: "traced", by ``samples`` shadow rays from each
+        point, or "bundles", like all other light, which suits only large lamps
     samples : the number of points on lamps
 
     Attributes
     ----------
     triangles, parent : (m, 3, 3) the patches, and (m,) the scene's triangle of each patch
     leaving : (m, 2, 3) the radiance that leaves the two sides of each patch after `solve`, first
-        the side of the normal. If ``straight`` is "traced", emission is not included
+        the side of the normal; without emission if ``straight`` is "traced"
     weights : (m, 2), for each side, the sum of the cosine weights of the rays of `solve` that met
-        this side. With many directions and pixels, the sum approaches pi. The sum is 0 for a side
-        that no ray met
-    layers : the largest number of layers of a projection so far. Layer k shows at each pixel the
+        it; approaches pi with many directions and pixels, and is 0 if no ray met the side
+    layers : the largest number of layers of a projection so far; layer k shows at each pixel the
         k-th surface from the front
     """
 
@@ -129,10 +127,9 @@ class RayBundles:
 
         Parameters
         ----------
-        directions : the number of directions of bundles; light travels forwards and backwards
-            along each direction
-        bounces : the number of reflections from patch to patch. With 0, the patches reflect only
-            the direct light of lamps and sky, for both values of ``straight``
+        directions : the number of directions of bundles; light travels both ways along each
+        bounces : the number of reflections from patch to patch; with 0, patches reflect only the
+            direct light of lamps and sky
 
         Returns
         -------
@@ -150,8 +147,8 @@ class RayBundles:
         else:
             own += self.emission[:, None]
         reflected = self.albedo[:, None] / np.pi
-        # The first exchange carries the direct light of lamps and sky. Omit this exchange if
-        # shadow rays already computed all direct light.
+        # The first exchange carries the direct light of lamps and sky. Omit it if shadow rays
+        # already computed all direct light.
         brought = self.straight == "traced" and self.scene.environment is None
         self.leave(own + reflected * lit if brought else own)
         for _ in range(bounces + (not brought)):
@@ -166,7 +163,7 @@ class RayBundles:
                 "radiance": radiance.reshape(-1, 3)}, into=self._tables))
 
     def _exchanged(self, directions: int) -> np.ndarray:
-        """Return the irradiance of the patches' sides, (m, 2, 3), from the light that leaves all
+        """Return the irradiance of the patches' sides, (m, 2, 3), from the light of all
         patches."""
         target = self._arriving
         with self.gpu:
@@ -209,8 +206,8 @@ class RayBundles:
 
     def draw(self, camera: Camera | None = None, size: tuple[int, int] = (256, 256),
              directions: int = 256) -> np.ndarray:
-        """Return the picture of a camera, (h, w, 3) float32 radiance, row 0 at the top. Call
-        `solve` first."""
+        """Return a camera's picture after `solve`, (h, w, 3) float32 radiance, row 0 at the
+        top."""
         seen = Visible.of(self.tracer, camera, size)
         hit, row = seen.hits.hit, seen.hits.triangle
         light = self.gather(seen.places, seen.normals, directions).reshape(-1, 3)
@@ -244,11 +241,11 @@ class RayBundles:
 
     def _peeled(self, uniforms: dict[str, object]
                 ) -> Iterator[tuple[moderngl.Texture, moderngl.Texture]]:
-        """Yield the textures of each pair of neighbouring layers, nearest first.
+        """Yield the textures of each pair of neighbouring layers, nearest first, for additive
+        blending.
 
-        In the first pair, the front layer is empty; in the last pair, the layer behind is empty.
-        An occlusion query finds the last layer. While the caller uses a pair, blending is
-        additive."""
+        The front layer of the first pair and the back layer of the last pair are empty. An
+        occlusion query finds the last layer."""
         context = self.gpu.context
         context.blend_func = moderngl.ONE, moderngl.ONE
         self._peel.set(**uniforms)
@@ -274,7 +271,7 @@ class RayBundles:
         return textures if layer is None else {**textures, "layer_texel_0": layer}
 
     def release(self) -> None:
-        """Free textures and programs; the object cannot be used afterwards."""
+        """Free textures and programs."""
         with self.gpu:
             textures = [*self._layers, *self._arriving.color_attachments, *self._tables.values()]
             release(self._peel, self._exchange, self._gather, self._targets, self._arriving,
@@ -282,8 +279,8 @@ class RayBundles:
 
 
 def half_sphere(count: int) -> np.ndarray:
-    """Return (count, 3) unit directions, evenly distributed over the hemisphere around z. They lie
-    on a spiral, with equal steps in height and the golden angle between steps."""
+    """Return (count, 3) unit directions, evenly distributed over the hemisphere around z: a spiral
+    with equal steps in height and the golden angle between steps."""
     z = (np.arange(count) + 0.5) / count
     angle = np.pi * (3 - np.sqrt(5)) * np.arange(count)
     flat = np.sqrt(1 - z * z)

@@ -2,8 +2,8 @@
 
 The method is Wyman's (2005); see ``glsl/image_space/refraction_front.frag``. The mesh must be
 closed and consistently oriented. The background counts as infinitely far away, so only the
-direction of the light matters. The point at which light leaves the mesh is an estimate. The
-estimate is exact for a slab, and good for a convex mesh.
+direction of the light matters. The point at which light leaves the mesh is an estimate, exact for
+a slab and good for a convex mesh.
 """
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from .refractor import Refractor, view_uniforms
 if TYPE_CHECKING:
     from ...tracer import Tracer
 
-# Kinds of pixels. NOTHING: the pixel shows no mesh. LEFT: light leaves the mesh. UNSEEN: the exit
-# lies outside the mesh's image in the first pass. TOTAL: light is totally reflected.
+# Kinds of pixels. NOTHING: no mesh is visible. LEFT: light leaves the mesh. UNSEEN: the exit lies
+# outside the mesh's image in the first pass. TOTAL: light is totally reflected.
 NOTHING, LEFT, UNSEEN, TOTAL = range(4)
 
 
@@ -29,7 +29,7 @@ class Refraction:
 
     Parameters
     ----------
-    tracer : the tracer of the scene. It measures the mesh's thickness along the inward normals
+    tracer : the tracer of the scene; it measures the mesh's thickness along the inward normals
     ior : refractive index inside the mesh divided by the index outside, from 0.1 to 10
     smooth : whether to interpolate normals between triangles; otherwise, triangles are flat
     """
@@ -70,5 +70,5 @@ class Refraction:
         return found[:, :, :3], found[:, :, 3].astype(np.int8)
 
     def release(self) -> None:
-        """Free all buffers; the object cannot be used afterwards."""
+        """Free all buffers."""
         self.mesh.release()

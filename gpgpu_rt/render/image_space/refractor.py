@@ -1,4 +1,4 @@
-"""Refractor: a refracting or mirroring mesh. The rasteriser draws it to find where light goes."""
+"""Refractor: a refracting or mirroring mesh, drawn by the rasteriser to find where light goes."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -20,15 +20,15 @@ OFFSET = 1e-4     # offset of rays that measure the inner thickness, as a share 
 
 
 class Refractor:
-    """Triangles of a scene in a buffer, with the normal at each corner, and the thickness of the
-    mesh from the corner along the inward normal.
+    """Triangles of a scene in a buffer, with each corner's normal and the mesh's thickness from
+    the corner along the inward normal.
 
     Parameters
     ----------
     tracer : the tracer of the scene, which measures the thickness
     rows : (k,) rows of the scene's triangles, or None for all
-    closed : whether the triangles form a closed, consistently oriented mesh; otherwise the
-        thickness is 0
+    closed : whether the triangles form a closed, consistently oriented mesh; else the thickness is
+        0
     smooth : whether to interpolate normals between triangles; otherwise, triangles are flat
 
     Attributes
@@ -85,7 +85,7 @@ class Refractor:
             context.enable_only(moderngl.NOTHING)
 
     def release(self) -> None:
-        """Free all buffers; the object cannot be used afterwards."""
+        """Free all buffers."""
         with self.gpu:
             release(self._passes, self._buffer)
 
@@ -102,7 +102,7 @@ def view_uniforms(camera: Camera, size: tuple[int, int],
 
 
 def outward(triangles: np.ndarray) -> np.ndarray:
-    """Return the (n, 3, 3) triangles of a closed mesh. If they face inwards, flip all of them."""
+    """Return the (n, 3, 3) triangles of a closed mesh, all flipped if they face inwards."""
     v0, v1, v2 = (triangles - triangles.mean((0, 1))).astype(np.float64).transpose(1, 0, 2)
     inwards = (v0 * np.cross(v1, v2)).sum() < 0
     return np.ascontiguousarray(triangles[:, ::-1]) if inwards else triangles

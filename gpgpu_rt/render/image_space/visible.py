@@ -1,5 +1,4 @@
-"""Visible: the points and normals of a camera's first hits, as images. Passes compute the light at
-these points."""
+"""Visible: the points and normals of a camera's first hits, as images for further passes."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -28,8 +27,8 @@ class Visible:
     Attributes
     ----------
     places : (h, w, 3) float32 hit points; zeros for a miss
-    normals : (h, w, 3) float32 normals of the triangles' planes, not interpolated normals. They
-        point to the camera's side. Zeros for a miss
+    normals : (h, w, 3) float32 normals of the triangles' planes on the camera's side; zeros for a
+        miss
     directions : (h, w, 3) float32 directions of the eye rays
     hits : (h * w,) the hits
     """
@@ -62,8 +61,8 @@ class Visible:
 @contextmanager
 def placed(gpu: Gpu, places: np.ndarray, normals: np.ndarray, components: int
            ) -> Iterator[tuple[moderngl.Framebuffer, dict[str, moderngl.Texture]]]:
-    """Yield a framebuffer with a texel for each place, and textures of the places and normals.
-    All are freed when the ``with`` block ends.
+    """Yield a framebuffer with a texel for each place, and textures of the places and normals, all
+    freed at the end of the ``with`` block.
 
     Parameters
     ----------

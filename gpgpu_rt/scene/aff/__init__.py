@@ -1,2 +1,4 @@
-"""A reader of AFF, the animated file format of BART. BART is a benchmark for animated ray tracing
-(Lext, Assarsson and Möller 2001). AFF extends Haines's Neutral File Format, NFF 3.9."""
+"""A reader of AFF, the file format of BART, which extends Haines's NFF 3.9.
+
+BART is a benchmark for animated ray tracing (Lext, Assarsson and Möller 2001).
+"""

@@ -23,7 +23,7 @@ class Movement:
     Attributes
     ----------
     placement : the vertices of the document
-    rows : (v,) for each vertex of the mesh, its index among the document's vertices
+    rows : (v,) index of each vertex of the mesh among the document's vertices
     span : the times of the frames
     """
 
@@ -67,10 +67,9 @@ class Moving:
 def read_moving(path: Path) -> Moving:
     """Return the animation of the AFF file at ``path``.
 
-    Two corners share a vertex of the mesh if they have the same transform, the same position
-    before this transform and the same normal. The normals of moved vertices are computed anew, and
-    are smooth where corners share a vertex. So the new normals are smooth exactly where the file's
-    normals are smooth.
+    Two corners share a vertex if they have the same transform, position before the transform and
+    normal. The normals of moved vertices are computed anew, so they are smooth exactly where the
+    file's normals are smooth.
 
     Raises
     ------
@@ -97,11 +96,8 @@ def _path(document: Document, span: Span) -> CameraPath | None:
 
 
 def _shared(mesh: Mesh, placement: Placement) -> tuple[np.ndarray, np.ndarray]:
-    """Group the corners that share a vertex.
-
-    Returns for each group the index of one of its vertices in the mesh, (v,); and for each face
-    the groups of its corners, (n, 3).
-    """
+    """Group the corners that share a vertex. Return for each group the index of one of its
+    vertices in the mesh, (v,), and for each face the groups of its corners, (n, 3)."""
     if mesh.normals is None:
         return np.arange(len(mesh.vertices)), mesh.faces
     vertex = mesh.faces.reshape(-1)

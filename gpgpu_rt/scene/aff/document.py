@@ -1,4 +1,4 @@
-"""Document: an AFF file with all files that it includes, as instances under transforms."""
+"""Document: an AFF file with all included files, as instances under transforms."""
 from __future__ import annotations
 
 import os
@@ -20,9 +20,9 @@ from .statements import (
 from .surface import Surface
 from .tokens import Tokens
 
-# The memory budget counts this number of bytes for each statement of a file that is included
-# again. A statement needs only a quarter of this number. But with the larger number, a file with
-# exponentially many includes exceeds the budget within about a second.
+# Bytes that the memory budget counts for each statement of a file that is included again: four
+# times the true size, so that a file with exponentially many includes exceeds the budget within
+# about a second.
 _STATEMENT_BYTES = 4096
 
 
@@ -42,11 +42,10 @@ class Instance:
     ----------
     node : index of the instance's transform
     geometry : the instance's triangles
-    surface : the instance's material, from the last fill statement (``f`` or ``fm``) before the
-        instance; None if there is no such statement
-    fill : name of the file that holds this fill statement, without the file's suffix; "material"
-        if there is no such statement
-    part : name of the file that holds the geometry, without the file's suffix
+    surface : the material, from the last fill statement (``f`` or ``fm``) before the instance;
+        None without such a statement
+    fill : stem of the file that holds this fill statement; "material" without such a statement
+    part : stem of the file that holds the geometry
     """
 
     node: int
@@ -63,11 +62,10 @@ class Document:
     Attributes
     ----------
     path : the file
-    nodes : the transforms. The first is the identity, and every other transform follows its parent
+    nodes : the transforms; the first is the identity, and every other transform follows its parent
     instances : the geometry, in the order of the file
     motions : the key frames by name
-    camera, background, span : the value of the last statement of each kind; None if the file has
-        no such statement
+    camera, background, span : the last statement of each kind, or None
     lights : the point lights
     """
 
@@ -82,7 +80,7 @@ class Document:
 
     @property
     def begin(self) -> float:
-        """The time at which the animation begins; 0 without an animation."""
+        """The time at which the animation begins, or 0."""
         return self.span.start if self.span else 0.0
 
 
@@ -103,7 +101,7 @@ def read_document(path: Path) -> Document:
 
 
 class _File:
-    """A file: its statements, and its tokens, which error messages need."""
+    """A file: its statements, and its tokens for error messages."""
 
     def __init__(self, path: Path, name: str) -> None:
         content = read_input(path)
@@ -122,7 +120,7 @@ class _Reader:
         self.triangles = self.repeated = self.size = 0
 
     def document(self) -> Document:
-        """Build the document from the statements of the file and of the files that it includes."""
+        """Build the document from the statements of all files."""
         made = Document(self.path)
         open_blocks = [0]
         surface, fill = None, "material"
@@ -150,8 +148,8 @@ class _Reader:
         return made
 
     def _statements(self) -> Iterator[tuple[_File, Statement]]:
-        """Yield each statement with its file. The statements of an included file replace the
-        statement that includes it."""
+        """Yield each statement with its file; an included file's statements replace the include
+        statement."""
         top = os.path.realpath(self.path)
         level, opened = 0, {top: (self.files[top], iter(self.files[top].statements))}
         while opened:

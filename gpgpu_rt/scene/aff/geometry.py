@@ -10,8 +10,8 @@ from ..mesh import fans
 from ..procedural.shapes import ball, tube
 from .tokens import Tokens
 
-BALL_TRIANGLES = 1280   # triangles of a sphere; spheres in JSON scene files have this default
-CONE_SIDES = 24         # sides of a cone
+BALL_TRIANGLES = 1280   # triangles of a sphere; also the default in JSON scene files
+CONE_SIDES = 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +28,8 @@ class Keys:
     vertices: np.ndarray
 
     def at(self, time: float) -> np.ndarray:
-        """Return the positions at a time, (v, 3). Before the first and after the last of the given
-        times, the positions do not change."""
+        """Return the positions at a time, (v, 3), constant before the first and after the last
+        time."""
         last = len(self.times) - 1
         k = int(np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, max(last - 1, 0)))
         here, there = self.times[k], self.times[min(k + 1, last)]
@@ -47,7 +47,7 @@ class Geometry:
     faces : (n, 3) int64, the rows of ``vertices`` that are the corners of each triangle
     normals, uv : values at the corners, (n, 3, 3) and (n, 3, 2) float64, or None
     texture : the name of an image, or None
-    keys : the positions of the vertices at several times; None if they do not change
+    keys : the positions of the vertices at several times, or None
     """
 
     vertices: np.ndarray
@@ -65,8 +65,7 @@ class Geometry:
 
 
 def read_mesh(tokens: Tokens) -> Geometry:
-    """Return the geometry of a statement ``m``: vertices, normals, texture coordinates and
-    triangles."""
+    """Return the geometry of a statement ``m``, a mesh."""
     tokens.expect("vertices")
     vertices = _vectors(tokens, "vertices", 3)
     normals = uv = texture = None
@@ -79,8 +78,8 @@ def read_mesh(tokens: Tokens) -> Geometry:
         texture = tokens.text("the name of a texture")
         uv = _upright(tokens.numbers(2 * count, "texture coordinates").reshape(-1, 2))
         word = tokens.expect("triangles")
-    # Triangles have indices of normals only if the list of normals has entries. The same holds for
-    # texture coordinates.
+    # Triangles have indices of normals and of texture coordinates only if these lists have
+    # entries.
     used = [("vertex", vertices), *((what, values) for what, values in (
         ("normal", normals), ("texture coordinate", uv)) if values is not None and len(values))]
     count = tokens.count("triangles", 3 * len(used))
@@ -103,14 +102,12 @@ def _vectors(tokens: Tokens, what: str, width: int) -> np.ndarray:
 
 
 def _upright(uv: np.ndarray) -> np.ndarray:
-    """Return texture coordinates whose v runs upwards. In AFF v runs down from the image's first
-    row."""
+    """Return texture coordinates whose v runs upwards; in AFF, v runs down from the first row."""
     return uv * (1, -1) + (0, 1)
 
 
 def read_polygons(tokens: Tokens, keyword: bytes) -> Geometry:
-    """Return the geometry of consecutive statements ``p`` (vertices), or of statements ``pp``
-    (vertices and normals)."""
+    """Return the geometry of consecutive statements ``p`` (vertices) or ``pp`` (also normals)."""
     width = 6 if keyword == b"pp" else 3
     places = []
     while True:
@@ -129,8 +126,8 @@ def read_polygons(tokens: Tokens, keyword: bytes) -> Geometry:
 
 
 def read_textured(tokens: Tokens, keyword: bytes) -> Geometry:
-    """Return the geometry of consecutive statements that name the same texture: ``tt`` (vertices
-    and texture coordinates), or ``ttp`` (vertices, normals and texture coordinates)."""
+    """Return the geometry of consecutive statements with the same texture: ``tt`` (vertices and
+    texture coordinates), or ``ttp`` (vertices, normals and texture coordinates)."""
     width = 8 if keyword == b"ttp" else 5
     texture, places = tokens.text("the name of a texture"), []
     while True:
@@ -150,8 +147,8 @@ def read_textured(tokens: Tokens, keyword: bytes) -> Geometry:
 
 
 def read_animated(tokens: Tokens) -> Geometry:
-    """Return the geometry of a statement ``tpa``: a triangle whose vertices and normals are given
-    at several times. Only the normals at the first time are used."""
+    """Return the geometry of a statement ``tpa``: a triangle with vertices and normals at several
+    times, of which only the first normals are used."""
     count = tokens.count("times", 19)
     if not count:
         raise tokens.error("an animated triangle has no times; give one or more", tokens.at - 1)
@@ -172,8 +169,7 @@ def _separate(vertices: int) -> np.ndarray:
 
 
 def read_sphere(tokens: Tokens) -> tuple[np.ndarray, Geometry]:
-    """Return the geometry of a statement ``s``: the transform of the unit ball, (3, 4), and the
-    ball."""
+    """Return the transform, (3, 4), and the unit ball of a statement ``s``."""
     *centre, radius = tokens.numbers(4, "a sphere's centre and radius")
     return np.column_stack([np.eye(3) * abs(radius), centre]), unit_ball()
 

@@ -2,10 +2,10 @@
 
 The splines are those of D. H. U. Kochanek and R. H. Bartels, "Interpolating Splines with Local
 Tension, Continuity, and Bias Control", SIGGRAPH 1984. For rotations, the same formulas compute
-tangents from the logarithms of the rotations between neighbouring keys. "Squad", a spherical cubic
-interpolation, gives the rotations between the keys (K. Shoemake, "Quaternion Calculus and Fast
-Animation", SIGGRAPH 1987 course notes). The motion does not pass through the first and the last
-key, which only affect the tangents at the neighbouring keys.
+tangents from the logarithms of the rotations between neighbouring keys, and "Squad", a spherical
+cubic interpolation, gives the rotations between the keys (K. Shoemake, "Quaternion Calculus and
+Fast Animation", SIGGRAPH 1987 course notes). The first and the last key only affect the tangents
+at their neighbours; the motion does not pass through them.
 """
 from __future__ import annotations
 
@@ -17,12 +17,11 @@ FEWEST = 4      # the smallest number of keys of a spline
 
 
 class _Segments:
-    """The times of a spline's segments. Keys count from 0, and the segments lie between the keys 1
-    and 2, 2 and 3, ... n - 3 and n - 2.
+    """The times of a spline's segments, between the keys 1 and 2, 2 and 3, ... n - 3 and n - 2.
 
     Parameters
     ----------
-    times : (n,) times of the keys. They need not ascend: a file of BART has a time that goes back
+    times : (n,) times of the keys; a time may go back, as in a file of BART
     shape : (n, 3) tension, continuity and bias of the keys
     """
 
@@ -30,24 +29,22 @@ class _Segments:
         before, self.first, self.last, after = (times[k:len(times) - 3 + k] for k in range(4))
         length = self.last - self.first
         (t1, c1, b1), (t2, c2, b2) = shape[1:-2].T, shape[2:-1].T
-        # The paper's tangents, with its correction for keys at unequal distances in time.
+        # The paper's tangents, corrected for keys at unequal distances in time.
         leave = _over(length, self.last - before) * (1 - t1)
         arrive = _over(length, after - self.first) * (1 - t2)
         self._leave = leave * (1 + c1) * (1 + b1), leave * (1 - c1) * (1 - b1)
         self._arrive = arrive * (1 - c2) * (1 + b2), arrive * (1 + c2) * (1 - b2)
 
     def tangents(self, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the tangents at the two ends of each segment, at its first and at its last key.
-
-        The two arrays are (n - 3, w) each. ``steps`` are the differences between keys, (n - 1, w).
-        """
+        """Return the tangents at the first and at the last key of each segment, (n - 3, w) each.
+        ``steps`` are the differences between keys, (n - 1, w)."""
         before, own, after = steps[:-2], steps[1:-1], steps[2:]
         return (self._leave[0][:, None] * before + self._leave[1][:, None] * own,
                 self._arrive[0][:, None] * own + self._arrive[1][:, None] * after)
 
     def at(self, time: float) -> tuple[int, float]:
-        """Return the segment of a time, and the position in the segment, from 0 to 1. A time
-        outside of all segments gives the nearest end."""
+        """Return the segment of a time, and the position in it, from 0 to 1; outside of all
+        segments, the nearest end."""
         if not self.first[0] < time:
             return 0, 0.0
         if not time < self.last[-1]:
@@ -57,8 +54,8 @@ class _Segments:
 
 
 def _over(length: np.ndarray, span: np.ndarray) -> np.ndarray:
-    """Return length / span, and 0 where span is 0. If times ascend, a segment with span 0 has no
-    length, so its tangents are not used."""
+    """Return length / span, or 0 where span is 0: the tangents there are not used if times
+    ascend."""
     return np.divide(length, span, out=np.zeros_like(length), where=span != 0)
 
 
@@ -87,7 +84,7 @@ class Spline:
 
 
 class RotationSpline:
-    """Rotations along a spline. Between consecutive keys, the rotation takes the shorter way.
+    """Rotations along a spline, the shorter way between consecutive keys.
 
     Parameters
     ----------
@@ -98,7 +95,7 @@ class RotationSpline:
     def __init__(self, keys: np.ndarray) -> None:
         self._segments = _Segments(keys[:, 0], keys[:, 5:8])
         turn = _quaternions(keys[:, 1:4], keys[:, 4])
-        # q and -q are the same rotation. Choose the sign that is nearer to the preceding key.
+        # q and -q are the same rotation; choose the sign nearer to the preceding key.
         sign = np.where((turn[1:] * turn[:-1]).sum(axis=1) < 0, -1.0, 1.0)
         turn[1:] *= np.cumprod(sign)[:, None]
         step = _log(_product(turn[:-1] * (1, -1, -1, -1), turn[1:]))
@@ -115,7 +112,7 @@ class RotationSpline:
 
 
 def _quaternions(axis: np.ndarray, degrees: np.ndarray) -> np.ndarray:
-    """Return (n, 4) unit quaternions, real part first. An axis of length 0 gives the identity."""
+    """Return (n, 4) unit quaternions, real part first; the identity for an axis of length 0."""
     length = np.linalg.norm(axis, axis=1, keepdims=True)
     half = np.radians(degrees)[:, None] / 2 * (length > 0)
     return np.concatenate([np.cos(half), np.sin(half) * axis / np.where(length > 0, length, 1)],
@@ -130,7 +127,7 @@ def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _log(q: np.ndarray) -> np.ndarray:
-    """Return the logarithms, (n, 3), of (n, 4) unit quaternions. A logarithm has no real part."""
+    """Return the logarithms of (n, 4) unit quaternions, (n, 3), as they have no real part."""
     sine = np.linalg.norm(q[:, 1:], axis=1, keepdims=True)
     angle = np.arctan2(sine, q[:, :1])
     return q[:, 1:] * np.divide(angle, sine, out=np.ones_like(sine), where=sine > 1e-12)
@@ -142,8 +139,8 @@ def _exp(v: np.ndarray) -> np.ndarray:
 
 
 def _slerp(p: np.ndarray, q: np.ndarray, u: float) -> np.ndarray:
-    """Return the unit quaternion at u on the arc from p to q. At 0 it has the bits of p, and at 1
-    the bits of q."""
+    """Return the unit quaternion at u on the arc from p to q, with the bits of p at 0 and of q at
+    1."""
     angle = np.arctan2(np.linalg.norm(p - q), np.linalg.norm(p + q)) * 2
     if u in (0, 1) or np.sin(angle) < 1e-9:
         return q if u == 1 else p
@@ -160,15 +157,15 @@ def _matrix(q: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class KeyedMotion:
-    """The key frames of a transform. A translation, rotation or scale of None changes nothing.
+    """The key frames of a transform. A part that is None changes nothing.
 
     Attributes
     ----------
     translation : positions, world units
     rotation : rotations
     scale : factors along the three axes
-    visibility : (n, 2) times and flags. A flag is valid from its time until the next time. The
-        flag 0 hides the transform's content
+    visibility : (n, 2) times and flags; a flag is valid until the next time, and 0 hides the
+        transform's content
     """
 
     translation: Spline | None = None

@@ -1,5 +1,4 @@
-"""Mesh: the triangles, materials, lights and camera of an AFF file at the start of its
-animation."""
+"""Mesh: the triangles, materials, lights and camera of an AFF file at its animation's start."""
 from __future__ import annotations
 
 import warnings
@@ -19,8 +18,7 @@ from .placement import Placement
 from .surface import Surface
 from .viewpoint import Viewpoint
 
-# Folders in which textures are searched, relative to the folder of the AFF file. BART's scenes use
-# the second folder.
+# Folders of textures, relative to the folder of the AFF file. BART's scenes use the second.
 _TEXTURE_FOLDERS = ("", "../TextureFiles")
 
 
@@ -37,8 +35,8 @@ def read_aff(path: Path) -> Mesh:
 
 
 def mesh_of(document: Document, placement: Placement) -> Mesh:
-    """Return the mesh of a document at the start of its animation. Vertices and faces keep the
-    order of the file, and vertices are rounded to float32."""
+    """Return the mesh of a document at the start of its animation, in the order of the file, with
+    vertices rounded to float32."""
     instances, time = document.instances, document.begin
     sizes = [len(instance.geometry.faces) for instance in instances]
     vertices = _finite(document, placement, time).astype(np.float64)
@@ -63,8 +61,7 @@ def mesh_of(document: Document, placement: Placement) -> Mesh:
 
 
 def _finite(document: Document, placement: Placement, time: float) -> np.ndarray:
-    """Return the vertices at a time, (v, 3) float32. Raise SceneError if a vertex is not
-    finite."""
+    """Return the vertices at a time, (v, 3) float32. Raise SceneError unless all are finite."""
     vertices = placement.vertices(time)
     finite = np.isfinite(vertices).all(axis=1)
     if not finite.all():
@@ -77,12 +74,12 @@ def _finite(document: Document, placement: Placement, time: float) -> np.ndarray
 
 
 def _normals(document: Document, placement: Placement, sizes: list[int]) -> np.ndarray | None:
-    """Return the normals of corners, (n, 3, 3) float64 of length 1, or 0 for a missing normal;
-    None if no geometry has normals."""
+    """Return the normals of corners, (n, 3, 3) float64 of length 1, or 0 where missing; None if no
+    geometry has normals."""
     turned: list[np.ndarray | None] = []
     with np.errstate(all="ignore"):     # a normal that overflows counts as missing
-        # Normals are transformed by the matrix of cofactors, because a transform that flattens its
-        # content has no inverse.
+        # Transform normals by the matrix of cofactors: a transform that flattens its content has
+        # no inverse.
         x, y, z = placement.transforms(document.begin)[0][:, :, :3].transpose(2, 0, 1)
         cofactors = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1)
         cofactors *= np.sign((x * cofactors[:, 0]).sum(axis=1))[:, None, None]
@@ -98,10 +95,8 @@ def _normals(document: Document, placement: Placement, sizes: list[int]) -> np.n
 
 
 def _materials(document: Document) -> tuple[tuple[Material, ...], np.ndarray]:
-    """Return the materials without repetition, and the index of each instance's material.
-
-    If a texture is missing, the material keeps its colour, and a warning names the texture.
-    """
+    """Return the materials, each once, and the index of each instance's material. Where a texture
+    is missing, keep the colour and warn."""
     made: dict[tuple[Surface | None, str, str | None], Material] = {}
     rows: dict[Material, int] = {}
     images, missing, of = Textures(document.path.parent), [], []

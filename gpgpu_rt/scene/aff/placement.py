@@ -9,16 +9,15 @@ from .keyframes import KeyedMotion
 
 
 class Placement:
-    """The vertices of all instances under their transforms. A placement can be pickled.
+    """The vertices of all instances under their transforms; can be pickled.
 
-    All arithmetic is in float64, and products are summed in a fixed order. All machines therefore
-    get the same bits.
+    All arithmetic is in float64, with products summed in a fixed order, so all machines get the
+    same bits.
 
     Attributes
     ----------
     points : (3, v) float64 vertices in the coordinates of their instances
-    first : (i + 1,) int, the index of the first vertex of each instance. The final entry is v, the
-        number of all vertices
+    first : (i + 1,) int, the index of the first vertex of each instance, and v at the end
     node : (i,) int, the transform of each instance
     """
 
@@ -56,8 +55,8 @@ class Placement:
                                                  self.points[:, first:last]).T
 
     def transforms(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the transforms of the nodes to world units at a time, (k, 3, 4), and whether the
-        nodes are visible, (k,) bool."""
+        """Return the nodes' transforms to world units at a time, (k, 3, 4), and whether the nodes
+        are visible, (k,) bool."""
         local, visible = self._local.copy(), np.ones(len(self._local), bool)
         for k, motion in self._motions:
             local[k], visible[k] = motion.at(time), motion.visible(time)
@@ -68,7 +67,7 @@ class Placement:
         return local, visible
 
     def vertices(self, time: float) -> np.ndarray:
-        """Return the vertices at a time, (v, 3) float32, world units. The vertices of an invisible
+        """Return the vertices at a time, (v, 3) float32, world units. Vertices of an invisible
         instance coincide, so that its triangles have no area."""
         with np.errstate(over="ignore", invalid="ignore"):  # `check_vertices` reports overflow
             transform, visible = self.transforms(time)
@@ -85,7 +84,7 @@ class Placement:
 
     @property
     def group(self) -> np.ndarray:
-        """(v,) a number for each vertex. Vertices with the same number have the same transform."""
+        """(v,) a number for each vertex; vertices with the same number have the same transform."""
         made = np.repeat(self.node, np.diff(self.first))
         for k in self._keys:    # each of these vertices moves on its own
             some = slice(self.first[k], self.first[k + 1])
@@ -93,10 +92,9 @@ class Placement:
         return made
 
     def _blocks(self, moving: bool) -> list[tuple[int, int, int]]:
-        """Return the ranges of vertices that move, or, if ``moving`` is false, that do not move.
-
-        A range is its first vertex, its end, and an instance of the range. Consecutive instances
-        under the same transform form one range, unless their geometry has ``keys``.
+        """Return the ranges of vertices that move or, if ``moving`` is false, do not move: first
+        vertex, end, and an instance of the range. Consecutive instances under the same transform
+        form one range, unless their geometry has ``keys``.
         """
         blocks: list[tuple[int, int, int]] = []
         for k, node in enumerate(self.node.tolist()):

@@ -1,4 +1,4 @@
-"""Statements: the statements of a single AFF file, in order. Included files are not read."""
+"""Statements: the statements of a single AFF file, in order, without its included files."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
@@ -23,7 +23,7 @@ MOST_BLOCKS = 1000      # largest depth of nested blocks in a file; BART's files
 
 @dataclass(frozen=True, eq=False)
 class Open:
-    """The start of a block: its transform, (3, 4), or the name of the key frames that move it."""
+    """The start of a block: its transform, (3, 4), or the name of its key frames."""
 
     transform: np.ndarray | str
 
@@ -35,8 +35,7 @@ class Close:
 
 @dataclass(frozen=True)
 class Include:
-    """A file that is included at this place, unless the file's level of detail is above the
-    current level of detail."""
+    """A file that is included here, unless its level of detail is above the current level."""
 
     name: str
     level: int
@@ -45,7 +44,7 @@ class Include:
 
 @dataclass(frozen=True)
 class Detail:
-    """The current level of detail for the `Include` statements that follow."""
+    """The current level of detail for the following `Include` statements."""
 
     level: int
 
@@ -72,7 +71,7 @@ class Span:
 
 @dataclass(frozen=True, eq=False)
 class KeyFrames:
-    """The motion of all transforms that have the name ``name``, or of the camera."""
+    """The motion of all transforms called ``name``, or of the camera."""
 
     name: str
     motion: KeyedMotion
@@ -187,8 +186,8 @@ def _static(tokens: Tokens, _: bytes) -> Iterator[Statement]:
 
 
 def rotation(axis: np.ndarray, degrees: float) -> np.ndarray:
-    """Return the matrix of a rotation around an axis of any length, (3, 3), by Rodrigues' formula.
-    An axis of length 0 gives the identity."""
+    """Return the matrix of a rotation around an axis of any length, (3, 3), by Rodrigues' formula;
+    the identity for an axis of length 0."""
     length = float(np.sqrt((axis * axis).sum()))
     if not length > 0:
         return np.eye(3)

@@ -19,9 +19,8 @@ class Surface:
 
     The shininess of a fill statement is ignored: the specular share reflects like a mirror, as the
     authors of BART require of ray tracers. The ambient share is ignored too, because the
-    environment lights the scene. There is one exception: if a surface has neither a diffuse nor a
-    specular share, its ambient share is used as its diffuse share. The garden behind BART's
-    kitchen is such a surface.
+    environment lights the scene. Only a surface without diffuse and specular shares, such as the
+    garden behind BART's kitchen, uses its ambient share as its diffuse share.
 
     Attributes
     ----------
@@ -40,8 +39,8 @@ class Surface:
 
         Parameters
         ----------
-        ambient, diffuse, specular : (3,) shares; where diffuse and specular add up to more than 1,
-            the specular share is reduced
+        ambient, diffuse, specular : (3,) shares; the specular share is reduced where it and the
+            diffuse share add up to more than 1
         transmittance : the share of light that passes through
         ior : the refractive index; 0 means 1
         """

@@ -38,11 +38,11 @@ class Tokens:
 
     @property
     def peek(self) -> bytes:
-        """The next word, without going on to the word after it; empty at the end of the file."""
+        """The next word, without consuming it; empty at the end of the file."""
         return self._words[self.at] if self.at < len(self._words) else b""
 
     def word(self, what: str) -> bytes:
-        """Return the next word. An error message calls the word ``what``."""
+        """Return the next word, which error messages call ``what``."""
         found = self.peek
         if not found:
             raise self.error(f"the file ends where {what} belongs")
@@ -62,11 +62,8 @@ class Tokens:
         return found
 
     def count(self, what: str, width: int) -> int:
-        """Return the next word as the number of items that follow; ``what`` names the items.
-
-        Each item needs at least ``width`` words. If the file has too few words for this number of
-        items, raise SceneError.
-        """
+        """Return the next word as the number of ``what`` that follow. Raise SceneError if the file
+        has fewer than ``width`` words for each."""
         number = int(self.wholes(self.take(1, f"the number of {what}"))[0])
         left = len(self._words) - self.at
         if number < 0:
@@ -77,7 +74,7 @@ class Tokens:
         return number
 
     def take(self, count: int, what: str) -> range:
-        """Return the indices of the next ``count`` words, and go on after these words."""
+        """Return the indices of the next ``count`` words, and consume them."""
         first = self.at
         if first + count > len(self._words):
             raise self.error(f"the file ends where {what} belongs", len(self._words))
@@ -85,7 +82,7 @@ class Tokens:
         return range(first, self.at)
 
     def floats(self, *places: range) -> np.ndarray:
-        """Return words as finite numbers, (n,) float64. ``places`` are the words' indices."""
+        """Return the words with these indices as finite numbers, (n,) float64."""
         found = self._numbers(float, np.float64, places)
         if not np.isfinite(found).all():
             k = int(np.argmin(np.isfinite(found)))
@@ -94,7 +91,7 @@ class Tokens:
         return found
 
     def wholes(self, *places: range) -> np.ndarray:
-        """Return words as whole numbers, (n,) int64. ``places`` are the words' indices."""
+        """Return the words with these indices as whole numbers, (n,) int64."""
         return self._numbers(int, np.int64, places)
 
     def numbers(self, count: int, what: str) -> np.ndarray:
@@ -132,8 +129,8 @@ class Tokens:
         return shortened(decoded(self._words[at][:80]))
 
     def line(self, at: int) -> int:
-        """Return the line number of a word, counted from 1. If there is no such word, return the
-        number of the last line."""
+        """Return the line number of a word, counted from 1; the last line if there is no such
+        word."""
         for k, found in enumerate(re.finditer(rb"\S+", self._text)):
             if k == at:
                 return self._text.count(b"\n", 0, found.start()) + 1

@@ -18,8 +18,8 @@ class Viewpoint:
 
     Attributes
     ----------
-    camera : the camera of the statement ``v``, or a default camera if the file has no ``v``. Its
-        position, target and up direction are used where no key frames replace them
+    camera : the camera of the statement ``v``, or a default camera; its position, target and up
+        direction are used where no key frames replace them
     motion : the key frames of the camera, or None
     """
 
@@ -28,7 +28,7 @@ class Viewpoint:
 
     @classmethod
     def of(cls, document: Document) -> Viewpoint | None:
-        """Return the viewpoint of a document; None if the document does not define a camera."""
+        """Return the viewpoint of a document; None if it defines no camera."""
         motion = document.motions.get(NAME)
         if document.camera is not None:
             return cls(document.camera, motion)
@@ -42,8 +42,8 @@ class Viewpoint:
         return self.motion is not None
 
     def at(self, time: float) -> Camera:
-        """Return the camera at a time. Key frames that rotate the camera make it look along the
-        negative z-axis of their rotation, with the y-axis up."""
+        """Return the camera at a time. Key frames with a rotation make the camera look along the
+        negative z-axis of the rotation, with the y-axis up."""
         if self.motion is None:
             return self.camera
         eye, ahead = np.array(self.camera.eye), np.subtract(self.camera.target, self.camera.eye)

@@ -22,10 +22,10 @@ class Original:
 
     Attributes
     ----------
-    file : the mesh file: a path in the scene's archive, or the name of one of the scene's files
+    file : the mesh file: a path in the scene's archive, or one of the scene's files
     triangles : the number of triangles that the mesh must have
     edit : a function that changes the mesh after reading
-    keeps_files : whether the published files are kept for an animation that reads them
+    keeps_files : whether to keep the published files for an animation that reads them
     """
 
     file: str
@@ -35,12 +35,10 @@ class Original:
 
 
 def _without_repeats(mesh: Mesh) -> Mesh:
-    """Return a mesh without the triangles that repeat an earlier triangle, and without vertices
-    that no triangle uses.
+    """Return a mesh without repeated triangles and unused vertices.
 
-    The published Cornell box needs this function: two faces at the bottom repeat the vertices of
-    side faces. Without the two faces, the box has 32 triangles, like Cornell University's own
-    data.
+    In the published Cornell box, two faces at the bottom repeat the vertices of side faces.
+    Without the two faces, the box has 32 triangles, like Cornell University's own data.
     """
     corners = np.sort(mesh.vertices[mesh.faces].view("f8,f8,f8")[..., 0], axis=1)
     _, first = np.unique(corners.view("f8").reshape(len(mesh.faces), -1), axis=0,
@@ -60,7 +58,7 @@ ORIGINALS: dict[str, Original] = {
 
 
 def convert(scene: str, files: list[Path], work: Path) -> Path:
-    """Return a PLY file with the mesh of a scene, in the folder ``work``.
+    """Return a PLY file in the folder ``work`` with the mesh of a scene.
 
     Parameters
     ----------

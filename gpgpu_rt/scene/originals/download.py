@@ -15,22 +15,20 @@ from ...errors import Error, OptionError
 from .sources import SourceFile, is_url
 
 TRIES = 5              # a download fails after this many connections in a row without a new byte
-# Seconds to wait before the next connection if the last connection brought new bytes. Each
-# connection without a new byte doubles the wait.
+# Seconds before the next connection; doubled by each connection without a new byte.
 FIRST_WAIT = 0.2
 SECONDS = 30           # longest wait for an answer of the server
-BLOCK = 1 << 16        # bytes that are read at a time
-# A file that was changed on the server is still read to the end, so that the message can name the
-# digest of the changed file. A server may send without end. Reading therefore stops at LARGEST
-# times the expected size.
+BLOCK = 1 << 16        # bytes
+# Read a file that was changed on the server to its end, so that the message can name its digest,
+# but stop at this multiple of the expected size.
 LARGEST = 4
 _AGAIN = (408, 425, 429, 500, 502, 503, 504)     # HTTP statuses of a server that may recover
 
-Report = Callable[[int], None]    # called with the number of bytes that have arrived so far
+Report = Callable[[int], None]    # called with the number of bytes so far
 
 
 class _Lost(Exception):
-    """The connection ended early. The exception's text says why."""
+    """The connection ended early, for the reason in the text."""
 
 
 class _Incoming:
@@ -39,7 +37,7 @@ class _Incoming:
     Attributes
     ----------
     start : position of the first byte in the file
-    total : size of the whole file in bytes; None if the server does not say
+    total : size of the whole file in bytes, or None
     """
 
     def __init__(self, source: str, start: int) -> None:
@@ -80,20 +78,20 @@ class _Incoming:
 
 
 def download(file: SourceFile, base: str | None, partial: Path, report: Report) -> None:
-    """Download a file to ``partial``, and continue if an earlier run downloaded a part of it.
+    """Download a file to ``partial``, or continue an earlier download.
 
     Parameters
     ----------
     file : the file to download
     base : URL or folder of a copy of the originals; None for the repository itself
-    partial : the path to write. An interrupted download is kept there, so that a later call can
-        continue. A file with the wrong size or digest is removed
+    partial : the path to write. An interrupted download is kept there for a later call. A file
+        with the wrong size or digest is removed
     report : a function that shows the progress
 
     Raises
     ------
     Error
-        the file cannot be downloaded, or it is not the expected file
+        the file cannot be downloaded, or is not the expected file
     """
     source = file.location(base)
     if is_url(source) and not source.startswith(("http://", "https://")):
@@ -129,8 +127,8 @@ def download(file: SourceFile, base: str | None, partial: Path, report: Report) 
 
 
 def _read_all(file: SourceFile, source: str, partial: Path, report: Report) -> None:
-    """Append to ``partial`` until the server has sent the whole file. If the connection ends
-    early, connect again."""
+    """Append to ``partial`` until the whole file is there; connect again if a connection ends
+    early."""
     failed = 0
     while True:
         before = partial.stat().st_size if partial.is_file() else 0
@@ -165,7 +163,7 @@ def _read_all(file: SourceFile, source: str, partial: Path, report: Report) -> N
 
 
 def _append(file: SourceFile, stream: _Incoming, partial: Path, report: Report) -> None:
-    """Write the bytes of a stream to ``partial``, from the stream's start on."""
+    """Write a stream's bytes to ``partial``, from the stream's start on."""
     limit = LARGEST * file.size
     with open(partial, "r+b" if partial.is_file() else "wb") as output:
         output.truncate(stream.start)
@@ -180,7 +178,7 @@ def _append(file: SourceFile, stream: _Incoming, partial: Path, report: Report) 
 
 
 def _count(text: str) -> int | None:
-    """Return a number of bytes from a header; None if the header has no number."""
+    """Return a number of bytes from a header, or None."""
     return int(text) if text.isascii() and text.isdecimal() else None
 
 

@@ -1,7 +1,7 @@
 """Sources: the files of the papers' scenes, and the repository that publishes each file.
 
 ``sources.csv`` pins each file to a commit and a SHA-256 digest. ``cameras.json`` holds the cameras
-that belong to the scenes.
+of the scenes.
 """
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class SourceFile:
 
     @property
     def place(self) -> PurePosixPath:
-        """The path of the file in a copy of the originals: REPOSITORY/PATH, without the owner."""
+        """The file's path in a copy of the originals: REPOSITORY/PATH, without the owner."""
         return PurePosixPath(self.repository.partition("/")[2], self.path)
 
     def location(self, base: str | None) -> str:
@@ -64,7 +64,7 @@ def is_url(base: str) -> bool:
 
 @functools.cache
 def source_files() -> dict[str, tuple[SourceFile, ...]]:
-    """Return the files of each scene that can be fetched, by the scene's name."""
+    """Return the files of each scene that can be fetched, by scene."""
     found: dict[str, list[SourceFile]] = {}
     text = (importlib.resources.files(_PACKAGE) / "sources.csv").read_text(encoding="utf-8")
     for row in csv.DictReader(text.splitlines()):
@@ -74,5 +74,5 @@ def source_files() -> dict[str, tuple[SourceFile, ...]]:
 
 
 def camera_text() -> str:
-    """Return the JSON text with cameras of scenes that can be fetched, except the teapot."""
+    """Return the JSON text with the cameras of scenes that can be fetched, except the teapot."""
     return (importlib.resources.files(_PACKAGE) / "cameras.json").read_text(encoding="utf-8")

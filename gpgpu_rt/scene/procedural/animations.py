@@ -35,8 +35,8 @@ class Motion:
 # Cloth: a height field that waves --------------------------------------------------------------
 
 def cloth_vertices(frame: int) -> np.ndarray:
-    """Return ((cells + 1)^2, 3) float32 vertices of a sheet of side 2. Three waves run over the
-    sheet. The edge at z = -1 is fixed."""
+    """Return ((cells + 1)^2, 3) float32 vertices of a sheet of side 2 with three waves, fixed at
+    the edge z = -1."""
     x, z = np.meshgrid(*2 * (np.linspace(-1, 1, CLOTH_CELLS + 1),), indexing="ij")
     t = frame / FRAMES_A_SECOND
     loose = (z + 1) / 2
@@ -46,7 +46,7 @@ def cloth_vertices(frame: int) -> np.ndarray:
 
 
 def cloth_faces() -> np.ndarray:
-    """Return (n, 3) int32 vertex indices, of two triangles for each cell."""
+    """Return (n, 3) int32 vertex indices, two triangles per cell."""
     side = CLOTH_CELLS + 1
     a = (np.arange(CLOTH_CELLS)[:, None] * side + np.arange(CLOTH_CELLS)).reshape(-1)
     b, c, d = a + 1, a + side + 1, a + side
@@ -66,8 +66,8 @@ def cloth() -> Built:
 # Explosion: every triangle on its own -----------------------------------------------------------
 
 def explosion_triangles(frame: int) -> np.ndarray:
-    """Return (69,451, 3, 3) float32 triangles. Frame 0 is the procedural bunny. After frame 0, its
-    triangles fly apart. Each triangle spins, is slowed down by drag, and falls to a floor."""
+    """Return (69,451, 3, 3) float32 triangles: at frame 0 the procedural bunny, which then flies
+    apart. Each triangle spins, is slowed by drag, and falls to a floor."""
     start = creatures.bunny().triangles
     if frame == 0:
         return start.astype(np.float32)
@@ -88,8 +88,8 @@ def explosion_triangles(frame: int) -> np.ndarray:
 
 
 def explosion() -> Built:
-    """Return the procedural bunny before it flies apart: 69,451 triangles. The camera is further
-    away than the camera of the scene bunny."""
+    """Return the procedural bunny before it flies apart: 69,451 triangles, seen from further away
+    than the scene bunny."""
     built = creatures.bunny()
     return replace(built, camera=Camera((-1.1, 1.3, 3.9), (0.0, 0.72, 0.0), fov=36))
 

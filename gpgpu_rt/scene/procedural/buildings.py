@@ -1,9 +1,9 @@
 """Buildings: procedural scenes that stand in for Soda Hall and the Power Plant.
 
-The stand-ins keep the properties of the originals that matter for ray tracing. The number of
-triangles is the same: millions, most of them small and hidden. Large walls and floors surround
-many small objects. In Soda Hall, rooms hide each other. In the Power Plant, there are no walls
-between the many thin parts. A part, such as a chair, is made once and placed many times.
+The stand-ins have the properties of the originals that matter for ray tracing: millions of
+triangles, as many as the original, most of them small and hidden, and large walls and floors
+around many small objects. In Soda Hall, rooms hide each other; the Power Plant has no walls
+between its many thin parts.
 """
 from __future__ import annotations
 
@@ -21,8 +21,7 @@ SODA_HALL, POWER_PLANT = 2_169_132, 12_748_510   # triangles, as in the survey's
 
 # Soda Hall -------------------------------------------------------------------------------------
 
-# STOREYS: number of storeys. ROOMS: rooms on each side of a corridor. ROOM: width, height and
-# depth of a room.
+# ROOMS: rooms on each side of a corridor. ROOM: width, height and depth of a room.
 STOREYS, ROOMS, ROOM = 7, 20, (5.0, 3.4, 6.0)
 CORRIDOR = 3.0
 
@@ -43,7 +42,7 @@ def sodahall() -> Built:
     room = np.array([(x, y, side) for y in storey for x in np.arange(ROOMS) * width
                      for side in (-1, 1)])
     x, y, side = room.T
-    # A room extends from the corridor's wall to the far wall, to the north or to the south.
+    # A room extends from the corridor's wall to the far wall.
     wall_z = side * CORRIDOR / 2
     far_z = wall_z + side * depth
     low, high = np.minimum(wall_z, far_z), np.maximum(wall_z, far_z)
@@ -51,7 +50,7 @@ def sodahall() -> Built:
     pieces.add(boxes(np.stack([x, y, low], 1), np.stack([x + 0.12, up, high], 1)), PLASTER)
     pieces.add(boxes(np.stack([x, y, far_z - 0.05], 1), np.stack([x + width, y + 1.0,
                                                                   far_z + 0.05], 1)), PLASTER)
-    # Two boxes leave a doorway free: the wall beside the door, and the part above the door.
+    # Two boxes leave a doorway free: the wall beside the door, and the part above it.
     for begin, end, bottom in ((1.4, width, 0.0), (0.0, 1.4, 2.2)):
         pieces.add(boxes(np.stack([x + begin, y + bottom, wall_z - 0.06], 1),
                          np.stack([x + end, up, wall_z + 0.06], 1)), PLASTER)
@@ -63,8 +62,7 @@ def sodahall() -> Built:
                                  (things, 0.5, None), (chair, 0.3, None)):
         there = np.flatnonzero(rng.random(len(room)) < share)
         colours = palette(rng.integers(0, 13, len(there))) if colour is None else colour
-        # Shelves at the wall and lamps at the ceiling keep their place. Move and turn all other
-        # furniture at random.
+        # Shelves and lamps keep their place; all other furniture is moved and turned at random.
         loose = 0.0 if thing is books or thing is lamp else 0.2
         moved = middle[there] + rng.uniform(-loose, loose, (len(there), 3)) * (1, 0, 1)
         turned = yaw[there] + rng.uniform(-loose, loose, len(there))
@@ -78,8 +76,8 @@ def sodahall() -> Built:
 
 
 def _furniture(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
-    """Return desk, chair, shelf of books, lamp, plant and small objects, relative to the centre of
-    a room."""
+    """Return desk, chair, shelf of books, lamp, plant and small objects, relative to a room's
+    centre."""
     desk = boxes([(-0.9, 0.72, 0.9), (-0.9, 0, 0.9), (0.5, 0, 0.9), (-0.3, 0.78, 1.4)],
                  [(0.9, 0.76, 1.7), (-0.85, 0.72, 1.7), (0.9, 0.72, 1.7), (0.3, 1.15, 1.44)])
     chair = np.concatenate([
@@ -104,7 +102,7 @@ def _furniture(rng: np.random.Generator) -> tuple[np.ndarray, ...]:
 
 # Power Plant -----------------------------------------------------------------------------------
 
-# A bay is a cell of the plant. BAY: its side. BAYS: bays along x and z. LEVELS: storeys.
+# A bay is a cell of the plant. BAY: its side. BAYS: number along x and z. LEVELS: storeys.
 BAY, BAYS, LEVELS = 6.0, (8, 6), 12
 KINDS = 9                             # number of different bays; each is placed 64 times
 

@@ -25,8 +25,8 @@ class Built:
     light : (3,) position of the point light
     intensity : (3,) intensity of the point light
     charts : as in Scene, if the scene is a geometry image
-    appearance : further arguments of Scene: materials, material_of, normals, uv, environment, and
-        lights, which replaces ``light``
+    appearance : further arguments of Scene, such as materials and normals; lights replace
+        ``light``
     """
 
     triangles: np.ndarray
@@ -49,20 +49,20 @@ class Pieces:
         return sum(len(part) for part in self._triangles)
 
     def add(self, triangles: np.ndarray, colour: Colour) -> None:
-        """Add (k, 3, 3) triangles. ``colour`` is a single colour, (3,), or m colours, (m, 3): the
-        first colour is for the first k / m triangles, and so on."""
+        """Add (k, 3, 3) triangles with a colour, (3,), or m colours, (m, 3), for k / m triangles
+        each."""
         colour = np.atleast_2d(np.asarray(colour, np.float64))
         self._triangles.append(triangles)
         self._colours.append(np.repeat(colour, len(triangles) // len(colour), axis=0))
 
     def arrays(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return triangles (n, 3, 3) and colours (n, 3), in the order of the calls of ``add``."""
+        """Return triangles (n, 3, 3) and colours (n, 3), in the order of ``add``."""
         return np.concatenate(self._triangles), np.concatenate(self._colours)
 
     def finish(self, count: int, camera: Camera, light: tuple[float, float, float],
                intensity: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Built:
-        """Return the scene with exactly `count` triangles. The largest triangles are divided to
-        reach this number."""
+        """Return the scene, with its largest triangles divided to reach exactly `count`
+        triangles."""
         triangles, colours = self.arrays()
         triangles, part_of = divide(triangles, count)
         return Built(triangles, colours[part_of], camera, light, intensity)

@@ -1,8 +1,8 @@
 """Cornell box: the measurements of the box at Cornell University, in millimetres.
 
 Quadrilaterals, reflectances (as RGB) and camera are from "The Cornell Box", Cornell University
-Program of Computer Graphics. There is one departure. Cornell's lamp lies in the plane of the
-ceiling, but here the lamp hangs half a millimetre lower, so that no two triangles coincide.
+Program of Computer Graphics. One departure: the lamp hangs half a millimetre below the ceiling
+instead of in its plane, so that no two triangles coincide.
 """
 from __future__ import annotations
 

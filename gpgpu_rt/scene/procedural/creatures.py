@@ -82,8 +82,8 @@ def cows() -> Built:
 
 
 def pot(size: int) -> np.ndarray:
-    """Return body, lid, spout and handle of a teapot of about ``size`` triangles, about six units
-    wide, with its base at y = 0."""
+    """Return a teapot of about ``size`` triangles, about six units wide, with its base at y =
+    0."""
     n = max(8, int(np.sqrt(size / 6.4)))
     body = revolve(smooth([(0, 0), (1.5, 0.05), (2.0, 0.9), (1.75, 1.9), (1.4, 2.4)], n), 2 * n)
     lid = revolve(smooth([(1.4, 2.4), (0.8, 2.65), (0.25, 2.75), (0.35, 3.0), (0, 3.15)], n // 2),

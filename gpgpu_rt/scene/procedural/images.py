@@ -1,4 +1,4 @@
-"""Images: built-in scenes that are geometry images of one chart or several charts."""
+"""Images: built-in scenes that are geometry images of one or several charts."""
 from __future__ import annotations
 
 import itertools
@@ -16,7 +16,7 @@ PAINT, RUBBER = (0.62, 0.10, 0.09), (0.10, 0.10, 0.11)
 
 def boulder() -> Built:
     """Return a closed rock of six charts: 49,152 triangles. The charts are the sides of a cube,
-    projected to a sphere and displaced. Neighbouring charts have bit-identical borders."""
+    projected to a sphere and displaced; their borders are bit-identical."""
     cells = 64
     along = 2 * np.arange(cells + 1) - cells
     charts = []
@@ -64,8 +64,8 @@ def knot() -> Built:
 
 
 def car() -> Built:
-    """Return a car of five charts, its body and four wheels: 16,384 triangles. The wheels touch no
-    other chart, so no single geometry image can hold the car."""
+    """Return a car of five charts, its body and four wheels: 16,384 triangles. The wheels are not
+    connected to the body, so no single geometry image can hold the car."""
     along = np.linspace(0.0, 1.0, 65)
     width = 0.85 * np.sin(np.pi * along) ** 0.25
     bonnet = 0.35 * np.sin(np.pi * along) ** 0.4
@@ -73,7 +73,7 @@ def car() -> Built:
     top = bonnet + cabin * np.sin(np.pi * along)
     around = _closed_angles(64)
     side, up = (np.sign(wave) * np.abs(wave) ** 0.5 for wave in (np.cos(around), np.sin(around)))
-    # Below y = 0.5 the cross section is shallow. Above, it reaches up to the bonnet or the roof.
+    # The cross section is shallow below y = 0.5, and reaches up to the bonnet or the roof above.
     reach = np.where(up < 0, 0.22 * np.sin(np.pi * along)[:, None] ** 0.25, top[:, None])
     body = np.stack([width[:, None] * side * np.where(up > 0, 1 - 0.25 * up, 1),
                      0.5 + reach * up, (4.0 * along[:, None] - 2.0) + 0 * side], axis=2)

@@ -1,5 +1,4 @@
-"""Lit: scenes with mirrors, glass and lamps. All except the Cornell box stand in for the pictures
-of the survey's Figures 1 and 7."""
+"""Lit: scenes with mirrors, glass and lamps, mostly for the survey's Figures 1 and 7."""
 from __future__ import annotations
 
 import numpy as np
@@ -21,7 +20,7 @@ PAPER = Material("paper", (0.72, 0.72, 0.7))
 
 
 def _tiles() -> Material:
-    """Return the material of a floor of tiles in two colours, with small random variations."""
+    """Return the material of a floor of tiles in two colours, with small variations."""
     rng = np.random.default_rng(5)
     checks = np.indices((8, 8)).sum(axis=0) % 2
     shades = np.where(checks[..., None], (0.62, 0.58, 0.5), (0.16, 0.2, 0.24))
@@ -31,8 +30,8 @@ def _tiles() -> Material:
 
 def _built(parts: list[tuple[np.ndarray, Material, bool]], camera: Camera, *,
            uv: np.ndarray | None = None, **said: object) -> Built:
-    """Return a scene of (triangles, material, smooth) parts. ``uv`` are the texture coordinates of
-    the first part. ``said`` are further arguments of Scene."""
+    """Return a scene of (triangles, material, smooth) parts. ``uv`` are the first part's texture
+    coordinates, ``said`` further arguments of Scene."""
     triangles = np.concatenate([part for part, _, _ in parts])
     materials = tuple({material.name: material for _, material, _ in parts}.values())
     row = np.concatenate([np.full(len(part), materials.index(material))
@@ -48,8 +47,7 @@ def _built(parts: list[tuple[np.ndarray, Material, bool]], camera: Camera, *,
 
 
 def _floor_uv(triangles: np.ndarray, size: float) -> np.ndarray:
-    """Return texture coordinates projected from above. The image repeats every ``size`` world
-    units."""
+    """Return texture coordinates from above, repeated every ``size`` world units."""
     return triangles[:, :, [0, 2]] / size
 
 
@@ -57,16 +55,16 @@ def cornell_light() -> Built:
     """Return the Cornell box with its lamp as the light: 38 triangles.
 
     The lamp's radiance is a coarse RGB form of Cornell's spectrum: 18.4, 15.6 and 8. The lamp lies
-    in a hole of the ceiling, in the ceiling's plane, as in Cornell's box. If the lamp hung below
-    the ceiling, its back would light the gap between lamp and ceiling very brightly. Paths would
-    find this gap so rarely that the gap would cause most of a path tracer's noise.
+    in a hole of the ceiling, as in Cornell's box. Below the ceiling, its back would light the gap
+    very brightly, and paths would find the gap so rarely that it would cause most of a path
+    tracer's noise.
     """
     box, ceiling = cornell.make(), 2
     triangles, colours = np.asarray(box.triangles, np.float64), np.asarray(box.colours)
     outer = triangles[[ceiling, ceiling, ceiling, ceiling + 1], [0, 1, 2, 2]]
     inner = triangles[[-2, -2, -2, -1], [0, 1, 2, 2]]
     inner[:, 1] = outer[0, 1]
-    # Sort the hole's corners so that each is paired with the nearest corner of the ceiling.
+    # Pair each of the hole's corners with the nearest corner of the ceiling.
     inner = inner[np.linalg.norm(outer[:, None] - inner, axis=2).argmin(axis=1)]
     behind = np.roll([outer, inner], -1, axis=1)
     ring = [quad(a, b, d, c) for a, b, c, d in zip(outer, behind[0], inner, behind[1])]

@@ -1,5 +1,4 @@
-"""Outdoors: procedural scenes in a wide space, most of them with unevenly distributed
-triangles."""
+"""Outdoors: procedural scenes in a wide space, mostly with unevenly distributed triangles."""
 from __future__ import annotations
 
 import numpy as np
@@ -81,9 +80,9 @@ def tenk() -> Built:
 
 
 def stadium(ratio: float = 0.01) -> Built:
-    """Return a teapot in the middle of a stadium: 8,000 triangles, of which a little over 6,000
-    are the teapot. The teapot is ``ratio`` times as large as the stadium. In the picture, the
-    teapot has the same size for all ratios."""
+    """Return a teapot in the middle of a stadium: 8,000 triangles, a little over 6,000 of them in
+    the teapot. The teapot is ``ratio`` times as large as the stadium, and equally large in all
+    pictures."""
     pieces = Pieces()
     side = 6.4 / ratio
     tiers = revolve([(0.5 * side * (0.75 + 0.05 * k), side * 0.04 * (k // 2 + (k % 2)))

@@ -7,14 +7,14 @@ WHITE, RED, GREEN = (0.725, 0.71, 0.68), (0.63, 0.065, 0.05), (0.14, 0.45, 0.091
 
 
 def palette(index: np.ndarray) -> np.ndarray:
-    """Return (n, 3) soft colours. Consecutive indices give different colours."""
+    """Return (n, 3) soft colours, different for consecutive indices."""
     turns = np.asarray(index)[..., None] * 0.618034 + (0.0, 0.31, 0.62)
     return 0.6 + 0.2 * np.cos(2 * np.pi * turns)
 
 
 def by_part(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return (n, 3) colours, so that each connected part has its own colour. Vertices at the same
-    position count as one vertex."""
+    """Return (n, 3) colours, one for each connected part. Vertices at the same position count as
+    one."""
     vertices = np.ascontiguousarray(vertices, np.float32) + np.float32(0)
     _, same = np.unique(vertices.view([("", np.float32)] * 3).reshape(-1), return_inverse=True)
     faces = same.reshape(-1)[faces]
@@ -23,9 +23,8 @@ def by_part(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
         lowest = label[faces].min(axis=1)
         after = label.copy()
         for corner in faces.T:
-            # A vertex's label is the root of its part so far. Lower the label of each corner and
-            # of each corner's root. If only the corners' labels were lowered, the number of rounds
-            # would be the number of vertices in the longest chain.
+            # A vertex's label is the root of its part so far. Lowering the roots' labels too keeps
+            # the number of rounds below the length of the longest chain of vertices.
             np.minimum.at(after, label[corner], lowest)
             np.minimum.at(after, corner, lowest)
         while not np.array_equal(after, after[after]):

@@ -1,5 +1,4 @@
-"""Rooms: procedural interiors that are seen from inside. Large walls surround smaller objects.
-"""
+"""Rooms: procedural interiors, seen from inside, with large walls around smaller objects."""
 from __future__ import annotations
 
 import numpy as np

@@ -10,8 +10,8 @@ from ...threads import threads
 
 
 def patch(points: np.ndarray) -> np.ndarray:
-    """Return the triangles between a grid of points, (r, c, 3). Triangles with two equal corners,
-    as at a pole, are left out."""
+    """Return the triangles between a grid of points, (r, c, 3), without triangles with two equal
+    corners, as at a pole."""
     a, b = points[:-1, :-1], points[:-1, 1:]
     c, d = points[1:, 1:], points[1:, :-1]
     triangles = np.stack((np.stack((a, b, c), 2), np.stack((a, c, d), 2)), 2).reshape(-1, 3, 3)
@@ -55,8 +55,7 @@ def revolve(profile: Sequence[Sequence[float]], segments: int) -> np.ndarray:
 
 
 def smooth(profile: Sequence[Sequence[float]], points: int) -> np.ndarray:
-    """Return a profile of (radius, y) resampled to a number of points along a Catmull-Rom
-    spline."""
+    """Return a profile of (radius, y) resampled to ``points`` points of a Catmull-Rom spline."""
     p = np.asarray(profile, np.float64)
     p = np.concatenate((2 * p[:1] - p[1:2], p, 2 * p[-1:] - p[-2:-1]))
     s = np.linspace(0, len(p) - 3, points)
@@ -108,7 +107,7 @@ def tube(path: Sequence[Sequence[float]], radius: float | Sequence[float], segme
 
 def place(triangles: np.ndarray, positions: np.ndarray, yaw: np.ndarray | float = 0.0,
           scale: np.ndarray | float = 1.0) -> np.ndarray:
-    """Return m copies of k triangles, (m * k, 3, 3). They are scaled, rotated around y, and moved.
+    """Return m copies of k triangles, (m * k, 3, 3), scaled, rotated around y, and moved.
 
     Parameters
     ----------
@@ -128,7 +127,7 @@ def place(triangles: np.ndarray, positions: np.ndarray, yaw: np.ndarray | float 
 
 
 def noise(points: np.ndarray, wavelength: float, seed: int) -> np.ndarray:
-    """Return smooth noise of about [-1, 1] at points (..., 3). Equal points get equal values."""
+    """Return smooth noise of about [-1, 1] at points (..., 3), equal at equal points."""
     rng = np.random.default_rng(seed)
     waves = rng.normal(size=(3, 12))
     waves *= 2 * np.pi / wavelength * rng.uniform(0.5, 1.2, 12) / np.linalg.norm(waves, axis=0)
@@ -138,19 +137,18 @@ def noise(points: np.ndarray, wavelength: float, seed: int) -> np.ndarray:
 
 
 def bump(triangles: np.ndarray, height: float, wavelength: float, seed: int = 0) -> np.ndarray:
-    """Return triangles with vertices displaced by smooth noise. Equal vertices stay equal."""
+    """Return triangles with vertices displaced by smooth noise; equal vertices stay equal."""
     moves = threads(len(triangles))(lambda axis: noise(triangles, wavelength, seed + axis),
                                     range(3))
     return triangles + height * np.stack(tuple(moves), axis=-1)
 
 
 def divide(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Split triangles until there are exactly `count`. Return the new triangles, and for each of
-    them the index of its original triangle.
+    """Split triangles until there are exactly `count`. Return the new triangles, and for each the
+    index of its original.
 
-    The largest triangles are split in three at their centroid, so their edges are not divided.
-    Each split adds two triangles. If an odd number of triangles must be added, one more triangle
-    is cut in two across its longest edge.
+    Split the largest triangles in three at their centroid, which keeps their edges whole. If an
+    odd number is missing, cut one more triangle in two across its longest edge.
     """
     extra = count - len(triangles)
     if not 0 <= extra <= 2 * len(triangles) - 1:

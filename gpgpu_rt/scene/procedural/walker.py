@@ -14,8 +14,8 @@ SWING = 0.32           # radians; largest angle of a leg forwards and backwards
 BEND = 0.7             # radians; largest bend of a knee while its foot is in the air
 HIP = 1.45             # height of the hips in world units; the animal is about four units long
 RADIUS = 3.2           # radius of the circle on which the animal walks, world units
-# (x, z) of each leg's hip -> the leg's phase as a share of a step. First the hind leg of one side
-# moves, then the front leg of this side. Then the legs of the other side move in the same order.
+# (x, z) of each leg's hip -> the leg's phase as a share of a step: hind and front leg of one side,
+# then of the other.
 GAIT = {(1.1, -0.4): 0.0, (-1.1, -0.4): 0.25, (1.1, 0.4): 0.5, (-1.1, 0.4): 0.75}
 # Indices of bones. From index LEGS on, each leg has two bones: a thigh and a shin.
 TORSO, HEAD, TAIL, LEGS = 0, 1, 2, 3
@@ -24,8 +24,7 @@ HIDE, SPOTS, GRASS = (0.70, 0.66, 0.60), (0.34, 0.22, 0.15), (0.33, 0.48, 0.22)
 
 
 def walker() -> Built:
-    """Return the animal and the meadow at time 0: 28,412 triangles, of which the animal has
-    25,820."""
+    """Return the animal, 25,820 triangles, and the meadow at time 0: 28,412 triangles together."""
     animal = _rest()[0]
     middle = animal.mean(axis=1)
     spotted = (noise(middle, 0.9, 5) > 0.35)[:, None]
@@ -37,13 +36,12 @@ def walker() -> Built:
 
 
 def walker_at(seconds: float) -> np.ndarray:
-    """Return (n, 3, 3) float32: the triangles of the animal at a time, and then the triangles of
-    the meadow."""
+    """Return (n, 3, 3) float32: the triangles of the animal at a time, then the meadow's."""
     triangles, bone = _rest()
     turns, moves = _pose(seconds / STEP_SECONDS)
     posed = np.einsum("kij,kvj->kvi", turns[bone], triangles) + moves[bone, None]
-    # In half a step, a foot on the ground moves backwards relative to the body by 2 * SWING * HIP.
-    # The animal moves forwards at the same mean speed, so the foot hardly slides on the ground.
+    # In half a step, a foot on the ground moves backwards by 2 * SWING * HIP relative to the body,
+    # and the animal moves forwards at the same mean speed, so that the foot hardly slides.
     speed = 4 * SWING * HIP / STEP_SECONDS
     round_about = _turn_about(1, -speed * seconds / RADIUS)
     posed = (posed + (0, 0, RADIUS)) @ round_about.T
@@ -51,8 +49,8 @@ def walker_at(seconds: float) -> np.ndarray:
 
 
 def _pose(step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rotation of each bone, (3, 3), and the translation that follows the rotation,
-    (3,). ``step`` is the time in steps."""
+    """Return the rotation of each bone, (3, 3), and the translation after it, (3,). ``step`` is
+    the time in steps."""
     joints, parents, angles = [(0.0, 0.0, 0.0)], [-1], [0.0]
 
     def bone(joint: tuple[float, float, float], parent: int, angle: float) -> int:
@@ -86,8 +84,8 @@ def _turn_about(axis: int, angle: float) -> np.ndarray:
 
 @cache
 def _rest() -> tuple[np.ndarray, np.ndarray]:
-    """Return (k, 3, 3), the triangles of the animal on straight legs, with its head towards -x;
-    and (k,) the number of the bone that moves each triangle."""
+    """Return (k, 3, 3), the triangles of the animal on straight legs, head towards -x; and (k,)
+    the bone of each triangle."""
     parts = [(TORSO, ball(9000, (0, 1.75, 0), (1.6, 0.72, 0.66))),
              (HEAD, ball(3000, (-1.6, 2.25, 0), (0.55, 0.35, 0.33), (0.0, -0.9))),
              (HEAD, ball(3000, (-2.05, 2.5, 0), (0.5, 0.27, 0.26), (0.0, 0.5))),

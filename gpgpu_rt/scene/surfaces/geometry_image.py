@@ -17,12 +17,12 @@ from ..scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class GeometryImage:
-    """A surface as charts. A chart is an image of positions, in which 2 x 2 neighbouring texels
-    form a cell: a quad of two triangles.
+    """A surface as charts: images of positions, in which 2 x 2 neighbouring texels form a cell of
+    two triangles.
 
     Two charts meet without a gap if their borders hold the same positions. The corners of the cell
-    (i, j) are the texels a = (i, j), b = (i, j + 1), c = (i + 1, j + 1) and d = (i + 1, j). The
-    cell's triangles are a b c and a c d. Faces are ordered by chart, then by row, then by column.
+    (i, j) are the texels a = (i, j), b = (i, j + 1), c = (i + 1, j + 1) and d = (i + 1, j); its
+    triangles are a b c and a c d. Faces are ordered by chart, row and column.
 
     Parameters
     ----------
@@ -31,8 +31,7 @@ class GeometryImage:
     Raises
     ------
     SceneError
-        a chart has a wrong shape or is not finite in float32. The message names the first such
-        chart
+        a chart has a wrong shape or is not finite in float32; the message names the chart
     """
 
     charts: tuple[np.ndarray, ...]
@@ -72,14 +71,14 @@ class GeometryImage:
         return cell_faces(self.shapes)
 
     def moved(self, positions: np.ndarray) -> GeometryImage:
-        """Return charts of the same shapes with other positions, (texels, 3)."""
+        """Return charts of these shapes with other positions, (texels, 3)."""
         ends = np.cumsum([rows * columns for rows, columns in self.shapes])
         parts = np.split(np.asarray(positions), ends[:-1])
         return GeometryImage([part.reshape(*shape, 3) for part, shape in zip(parts, self.shapes)])
 
     def normals(self) -> list[np.ndarray]:
-        """Return the unit normals of each chart, (rows, columns, 3) float32. Texels at the same
-        position, along a seam or at a pole, have the same normal."""
+        """Return the unit normals of each chart, (rows, columns, 3) float32, equal for texels at
+        the same position, along a seam or at a pole."""
         positions, faces = self.positions, self.faces
         places, place = np.unique(positions, axis=0, return_inverse=True)
         place = place.reshape(-1)
@@ -92,14 +91,13 @@ class GeometryImage:
         return list(self.moved(unit).charts)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write an .npz file of the charts to ``path``, which `load_scene` and `load` read."""
+        """Write the charts to an .npz file, which `load_scene` and `load` read."""
         with replacing(path) as temporary, temporary.open("wb") as file:
             np.savez_compressed(file, **{f"chart_{k}": c for k, c in enumerate(self.charts)})
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> GeometryImage:
-        """Return the geometry image of the .npz file at ``path``, which has arrays chart_0,
-        chart_1, ...
+        """Return the geometry image of an .npz file with the arrays chart_0, chart_1, ...
 
         Raises
         ------
@@ -114,8 +112,8 @@ class GeometryImage:
         return cls(charts)
 
     def scene(self, **settings: Any) -> Scene:
-        """Return a scene of the triangles. The method `geometry-image` traces the images of the
-        charts. Every other method traces the triangles as a mesh.
+        """Return a scene of the triangles. The method `geometry-image` traces the charts, every
+        other method the triangles.
 
         Parameters
         ----------

@@ -1,10 +1,9 @@
 """Parametrise: maps a disc or a closed surface of genus 0 to a geometry image (Gu et al. 2002).
 
-A closed surface is cut open along paths of edges. Its boundary is then mapped to the border of the
-square. Each path of the boundary covers a whole number of texels, so the two sides of a cut have
-the same samples, and the surface closes without a gap. The inner vertices are embedded in the
-square, and the surface is sampled at the texels. If the embedding shrinks a part of the surface
-too much, another cut is made to that part.
+A closed surface is cut open along paths of edges. Its boundary is mapped to the border of the
+square so that each path covers a whole number of texels: the two sides of a cut have the same
+samples, and the surface closes without a gap. The inner vertices are embedded in the square, and
+the surface is sampled at the texels. A part that the embedding shrinks too much gets another cut.
 """
 from __future__ import annotations
 
@@ -24,11 +23,11 @@ from .resampling import cross, rasterised
 from .surface_mesh import SurfaceMesh
 
 CUTS = 8              # largest number of additional cuts
-# Warn if image and surface are further apart than this share of the surface's extent.
+# Warn if the image is further from the surface than this share of its extent.
 FAR = 0.02
-# Cut to the most shrunk face if its shrinkage exceeds this factor times the median of all faces.
+# Cut to the most shrunk face if it shrinks more than this factor times the median.
 STRETCHED = 12.0
-# The solver's tolerances: for the final embedding, and for the embeddings that choose cuts.
+# The solver's tolerances: for the final embedding, and for choosing cuts.
 TOLERANCE, ROUGH = 1e-5, 1e-3
 
 
@@ -46,12 +45,8 @@ class Parametrisation:
     image: np.ndarray
 
     def distances(self) -> np.ndarray:
-        """Return the distance of each vertex, (v,) float64, from the point of the image's surface
-        at the vertex's row and column, world units.
-
-        This is an upper bound of the distance to the image's surface, because another triangle of
-        the image may be nearer.
-        """
+        """Return the distance of each vertex, (v,) float64, from the image's surface at the
+        vertex's row and column, world units. Another triangle of the image may be nearer."""
         cell = np.clip(np.floor(self.flat), 0, len(self.image) - 2).astype(np.int64)
         down, right = (self.flat - cell).T[:, :, None]
         row, column = cell.T
@@ -62,8 +57,8 @@ class Parametrisation:
         return np.linalg.norm(at - self.mesh.vertices, axis=1)
 
     def largest_distance(self) -> float:
-        """Return the largest of the ``distances`` as a share of the surface's extent. Warn if the
-        share is so large that parts of the surface are missing or torn."""
+        """Return the largest distance as a share of the surface's extent; warn if parts of the
+        surface must be missing or torn."""
         places = self.mesh.vertices[self.mesh.faces].reshape(-1, 3)
         share = float(self.distances().max() / np.ptp(places, axis=0).max())
         if share > FAR:
@@ -93,8 +88,8 @@ def parametrise(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: i
 
     Parameters
     ----------
-    scene : an argument of `load_scene`; corners at the same position become one vertex. All holes
-        are closed, except the hole with the longest boundary
+    scene : an argument of `load_scene`. Corners at the same position become one vertex; all holes
+        but the one with the longest boundary are closed
     size : cells along a side of the image
     cuts : largest number of cuts to parts that the embedding shrinks too much
 
@@ -127,9 +122,8 @@ def parametrise(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: i
 def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> Parametrisation:
     """Return the flattened surface, after cutting from the boundary to the most shrunk faces.
 
-    A closed surface has no boundary, so a path is cut first. The path begins at the vertex that is
-    furthest from the centre. It ends at the vertex that is furthest from the beginning, measured
-    along edges.
+    A closed surface is first cut along a path from the vertex furthest from the centre to the
+    vertex furthest from this vertex along edges.
     """
     along = np.zeros(len(mesh.start), bool)
     if (mesh.twin >= 0).all():
@@ -145,7 +139,7 @@ def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> Parametrisation:
         guess = flat[opened.faces].mean(axis=1)
         stretch = _stretch(opened, flat, size)
         distance = mesh.distances(np.unique(was[opened.start[loop]]))
-        # Find the most shrunk face among the faces without a vertex on the boundary.
+        # Find the most shrunk face without a vertex on the boundary.
         score = np.where((distance[mesh.faces] > 0).all(axis=1), stretch, 0)
         worst = int(np.argmax(score))
         if attempt == cuts or score[worst] < STRETCHED * np.median(stretch):
@@ -159,10 +153,8 @@ def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> Parametrisation:
 
 
 def _along(mesh: SurfaceMesh, edges: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray]:
-    """Sample k consecutive half-edges at equal distances.
-
-    Return the start of each half-edge, (k,) in units of samples; and the positions of the samples,
-    (samples, 3), without the end point."""
+    """Sample k consecutive half-edges at equal distances. Return the start of each half-edge, (k,)
+    in units of samples, and the samples' positions, (samples, 3), without the end point."""
     length = np.concatenate([[0], np.cumsum(mesh.lengths[edges])])
     places = mesh.vertices[np.append(mesh.start[edges], mesh.end[edges[-1]])]
     wanted = np.arange(samples) / samples * length[-1]
@@ -174,9 +166,10 @@ def _around(mesh: SurfaceMesh, opened: SurfaceMesh, was: np.ndarray, along: np.n
             size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Map the boundary of a cut surface to the border of the image.
 
-    Returns the loop of half-edges of the boundary; the start of each half-edge, in texels around
-    the border; and the positions at the border's texels, (4 * size, 3). Each cut is divided into
-    paths at its ends and forks. The texels along the two sides of a path have the same positions.
+    Return the loop of half-edges of the boundary; the start of each half-edge, in texels around
+    the border; and the positions at the border's texels, (4 * size, 3). Cuts are divided into
+    paths at their ends and forks; the texels along the two sides of a path have the same
+    positions.
     """
     loop = opened.loops()[0]
     if len(loop) < 4:
@@ -204,16 +197,16 @@ def _around(mesh: SurfaceMesh, opened: SurfaceMesh, was: np.ndarray, along: np.n
 
 
 def _sharpest(mesh: SurfaceMesh, loop: np.ndarray) -> int:
-    """Return the index in a loop of the half-edge at whose start the loop turns most."""
+    """Return the index of the half-edge at whose start the loop turns most."""
     ahead = mesh.vertices[mesh.end[loop]] - mesh.vertices[mesh.start[loop]]
     ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-300)
     return int(np.argmin((ahead * np.roll(ahead, 1, axis=0)).sum(axis=1)))
 
 
 def _shares(length: np.ndarray, mate: np.ndarray, total: int) -> np.ndarray:
-    """Distribute ``total`` texels, an even number, to paths in proportion to their lengths. Each
-    path gets a whole number of 1 or more. The two sides of a cut are each other's ``mate`` and get
-    the same number. A path that is not a cut is its own mate."""
+    """Distribute ``total`` texels, an even number, to paths in proportion to their lengths, at
+    least 1 each. The two sides of a cut are each other's ``mate`` and get the same number; any
+    other path is its own mate."""
     spare = total - 2 * len(length)
     if spare < 0:
         raise OptionError(f"remesh: {len(length)} stretches of boundary do not fit around an "
@@ -234,8 +227,8 @@ def _shares(length: np.ndarray, mate: np.ndarray, total: int) -> np.ndarray:
 
 
 def _square(at: np.ndarray, size: int) -> np.ndarray:
-    """Return (k, 2) row and column of positions ``at`` around the border of an image with ``size``
-    cells along a side. Positions count from the first texel, along the first row."""
+    """Return (k, 2) row and column of positions ``at`` around the border of an image of ``size``
+    cells a side, counted from the first texel along the first row."""
     side, along = np.divmod(at, size)
     ends = np.full_like(at, size)
     rows = np.choose(side.astype(int) % 4, [0 * at, along, ends, ends - along])
@@ -245,8 +238,8 @@ def _square(at: np.ndarray, size: int) -> np.ndarray:
 
 def _flattened(mesh: SurfaceMesh, loop: np.ndarray, at: np.ndarray, size: int,
                guess: np.ndarray | None, tolerance: float) -> np.ndarray:
-    """Return (v, 2) row and column of each vertex. The loop's half-edges start at the positions
-    ``at`` around the image's border."""
+    """Return (v, 2) row and column of each vertex; the loop's half-edges start ``at`` these
+    positions around the image's border."""
     at = at.copy()
     for corner in range(1, 4):    # move the nearest vertex to each corner of the image
         at[np.argmin(np.abs(at - corner * size))] = corner * size

@@ -8,7 +8,7 @@ from .surface_mesh import SurfaceMesh
 
 
 def rasterised(flat: np.ndarray, mesh: SurfaceMesh, size: int) -> np.ndarray:
-    """Return the position of the surface at every texel, (size + 1, size + 1, 3) float64. It is
+    """Return the position of the surface at every texel, (size + 1, size + 1, 3) float64,
     interpolated in the triangle that contains the texel.
 
     Parameters
@@ -31,9 +31,8 @@ def rasterised(flat: np.ndarray, mesh: SurfaceMesh, size: int) -> np.ndarray:
     usable = np.abs(whole) > 1e-14 * size**2
     weights = areas[usable] / whole[usable, None]
     face, texel = face[usable], (at[usable] * (size + 1, 1)).sum(axis=1)
-    # Each triangle has three barycentric weights at a texel. For each texel, choose the triangle
-    # whose smallest weight is largest. By this rule, a texel on an edge always gets a triangle,
-    # even if rounding makes a weight negative.
+    # For each texel, choose the triangle whose smallest barycentric weight is largest: a texel on
+    # an edge then always gets a triangle, even if rounding makes a weight negative.
     order = np.lexsort((weights.min(axis=1), texel))
     last = np.append(texel[order][1:] != texel[order][:-1], True)
     chosen = order[last[:len(order)]]

@@ -1,7 +1,7 @@
 """Surface mesh: an oriented mesh of half-edges, with its boundary, shortest paths and cuts.
 
-Half-edge number 3 * f + k runs from corner k of face f to the next corner. Its twin is the
-half-edge of the neighbouring face that runs along the same edge in the opposite direction.
+Half-edge number 3 * f + k runs from corner k of face f to the next corner. Its twin runs in the
+opposite direction along the same edge of the neighbouring face.
 """
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class SurfaceMesh:
 
     @classmethod
     def of_triangles(cls, triangles: np.ndarray, name: str = "mesh") -> SurfaceMesh:
-        """Return the mesh of (n, 3, 3) triangles. Equal corners become one vertex, and triangles
-        with two equal corners are dropped."""
+        """Return the mesh of (n, 3, 3) triangles. Equal corners become one vertex; triangles with
+        two equal corners are dropped."""
         vertices, index = np.unique(triangles.reshape(-1, 3) + np.float32(0), axis=0,
                                     return_inverse=True)    # + 0: no negative zeros
         faces = index.reshape(-1, 3)
@@ -56,8 +56,8 @@ class SurfaceMesh:
         Raises
         ------
         SceneError
-            two triangles run along an edge in the same direction. This is always the case if more
-            than two triangles share an edge
+            two triangles run along an edge in the same direction, as they must if more than two
+            share it
         """
         key = self.start * len(self.vertices) + self.end
         order = np.argsort(key, kind="stable")
@@ -80,7 +80,7 @@ class SurfaceMesh:
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
 
     def loops(self) -> list[np.ndarray]:
-        """Return the loops of the boundary, longest first. A loop is an array of half-edges.
+        """Return the loops of the boundary, arrays of half-edges, longest first.
 
         Raises
         ------
@@ -116,8 +116,7 @@ class SurfaceMesh:
         return len(self.vertices) - edges + len(self.faces)
 
     def filled(self, loops: list[np.ndarray]) -> SurfaceMesh:
-        """Return the mesh with these boundary loops closed, each by a fan of triangles around the
-        loop's centre."""
+        """Return the mesh with these boundary loops closed, each by a fan around its centre."""
         vertices, faces = [self.vertices], [self.faces]
         for k, loop in enumerate(loops):
             middle = np.full(len(loop), len(self.vertices) + k)
@@ -129,10 +128,8 @@ class SurfaceMesh:
 
     @cached_property
     def _neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """The neighbours of each vertex. The entries of a vertex are consecutive and form a run.
-
-        The value holds the start and the length of the run of each vertex, (v,) each; and for all
-        runs together, the neighbours and their distances."""
+        """The neighbours of all vertices, in runs of consecutive entries: the start and the length
+        of each vertex's run, (v,) each; the neighbours; and their distances."""
         lone = self.twin < 0
         here = np.concatenate([self.start, self.end[lone]])
         there = np.concatenate([self.end, self.start[lone]])
@@ -142,7 +139,7 @@ class SurfaceMesh:
         return run_starts(count), count, there[order], far[order]
 
     def distances(self, sources: np.ndarray) -> np.ndarray:
-        """Return (v,) float64, the distance along edges from each vertex to the nearest vertex of
+        """Return (v,) float64, the distance along edges of each vertex to the nearest of
         ``sources``."""
         first, count, there, far = self._neighbours
         distance = np.full(len(self.vertices), np.inf)
@@ -157,8 +154,8 @@ class SurfaceMesh:
         return distance
 
     def path(self, distance: np.ndarray, end: int) -> list[int]:
-        """Return the vertices of a shortest path from ``end`` to the nearest source. ``distance``
-        is the result of `distances` for these sources."""
+        """Return the vertices of a shortest path from ``end`` to the nearest of the sources whose
+        `distances` are ``distance``."""
         first, count, there, far = self._neighbours
         way = [int(end)]
         while distance[way[-1]] > 0:
@@ -167,24 +164,22 @@ class SurfaceMesh:
         return way
 
     def edges_along(self, way: list[int]) -> np.ndarray:
-        """Return (3 f,) bool, the half-edges between consecutive vertices of a path, in both
-        directions."""
+        """Return (3 f,) bool, the half-edges along a path, in both directions."""
         size = len(self.vertices)
         one, two = np.array(way[:-1]), np.array(way[1:])
         wanted = np.concatenate([one * size + two, two * size + one])
         return np.isin(self.start * size + self.end, wanted)
 
     def cut(self, along: np.ndarray) -> tuple[SurfaceMesh, np.ndarray]:
-        """Cut the mesh along the half-edges that ``along``, (3 f,) bool, marks.
-
-        Return the new mesh, and the original vertex of each new vertex, (w,) int64. In the new
-        mesh, each side of the cut has its own vertices. Faces and half-edges keep their numbers.
+        """Cut the mesh along the half-edges that ``along``, (3 f,) bool, marks. Return the new
+        mesh, in which each side of the cut has its own vertices, and the original vertex of each,
+        (w,) int64. Faces and half-edges keep their numbers.
         """
         kept = np.flatnonzero((self.twin >= 0) & ~along)
         after = np.arange(len(self.start)).reshape(-1, 3)
         after = np.roll(after, -1, axis=1).reshape(-1)
-        # A corner has the number of the half-edge that starts at it. An edge that is not cut has
-        # two faces. At each end of the edge, the corners of both faces are the same vertex.
+        # A corner has the number of the half-edge that starts at it. At each end of an edge that
+        # is not cut, the corners of its two faces are the same vertex.
         label = same_labels(len(self.start), np.concatenate([kept, after[kept]]),
                             np.concatenate([after[self.twin[kept]], self.twin[kept]]))
         corner, faces = np.unique(label, return_inverse=True)
@@ -193,8 +188,8 @@ class SurfaceMesh:
 
 
 def same_labels(count: int, one: np.ndarray, two: np.ndarray) -> np.ndarray:
-    """Return (count,) int64, the label of the connected component of each item. Item one[i] is
-    connected with item two[i]. A component's label is the least index of its items."""
+    """Return (count,) int64, the least index in the connected component of each item, where item
+    one[i] is connected with item two[i]."""
     label = np.arange(count)
     while True:
         lowest = np.minimum(label[one], label[two])
