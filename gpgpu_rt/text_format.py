@@ -18,13 +18,12 @@ def shortened(value: object) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a file's name for pictures and tables, with a question mark for each byte that is
-    not UTF-8."""
+    """Return a file name with a question mark for each byte that is not UTF-8."""
     return text.encode("utf-8", "replace").decode()
 
 
 def titled(name: str, stand_in: str | None) -> str:
-    """Return a scene's name for pictures and tables; a stand-in gets the suffix " (stand-in)"."""
+    """Return a scene's name; a stand-in gets the suffix " (stand-in)"."""
     return f"{name} (stand-in)" if stand_in else name
 
 

@@ -24,8 +24,8 @@ def cores() -> int:
 def threads(count: int) -> Run:
     """Return a `map` over the parts of work on ``count`` triangles or rays.
 
-    Results come in the order of the parts, so they do not depend on the number of threads. If a
-    part calls this function again, its inner parts run one after another on the same thread.
+    Results come in the order of the parts, so the number of threads does not matter. If a part
+    calls this function again, its inner parts run one after another on the same thread.
     """
     return map if count < WORTH or cores() < 2 else _shared_out
 
@@ -45,8 +45,8 @@ def _begin() -> None:
 
 @lru_cache(maxsize=1)
 def _pool(size: int) -> ThreadPoolExecutor:
-    """Return the thread pool. The pool stays open, because starting its threads takes half a
-    millisecond, which is as long as the work on a million hits."""
+    """Return the thread pool. The pool stays open, because starting its threads takes as long as
+    the work on a million hits."""
     return ThreadPoolExecutor(size, initializer=_begin)
 
 

@@ -1,4 +1,4 @@
-"""Ray buffers: the textures of a call's rays and states. A later call may reuse these textures."""
+"""Ray buffers: the textures of a call's rays and states, for reuse by later calls."""
 from __future__ import annotations
 
 from ..gl.context import Gpu
@@ -51,6 +51,6 @@ class RayBuffers:
                 + (self.states.bytes() if self.states is not None else 0))
 
     def release(self) -> None:
-        """Free the textures. The next call makes new textures."""
+        """Free the textures."""
         release(self.rays, self.states)
         self.rays = self.states = None

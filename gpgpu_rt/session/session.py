@@ -1,4 +1,4 @@
-"""Session: a method with its options over a scene. A session traces rays."""
+"""Session: a method with its options over a scene."""
 from __future__ import annotations
 
 import time
@@ -34,14 +34,13 @@ class Session:
     Parameters
     ----------
     method, options : the method's row in the method table, and a value for each option
-    structure : the structure to trace through; if None, the session builds a structure
+    structure : the structure to trace through; None builds a structure
 
     Attributes
     ----------
     structure : scene, accelerator and tables
     driver : runs the method's passes
-    eye_drivers : drivers for eye rays, in which the rasteriser computes bounds on hit distances,
-        or finds hits
+    eye_drivers : drivers for eye rays, in which the rasteriser bounds hit distances, or finds hits
     buffers : textures of rays and states
     build_seconds, refit_seconds, rebuilt : as in ``Statistics``
     """
@@ -106,7 +105,7 @@ class Session:
     # Tracing --------------------------------------------------------------------------------
 
     def trace(self, batch: RayBatch, any_hit: bool, statistics: Statistics) -> Hits:
-        """Return the nearest hit of each ray. With ``any_hit``, return any hit of each ray."""
+        """Return the nearest hit of each ray; with ``any_hit``, any hit of each ray."""
         with self.gpu:
             statistics.start_call(batch.count)
             self._sort(batch)
@@ -131,7 +130,7 @@ class Session:
 
     def trace_all(self, batch: RayBatch, max_hits: int | None,
                   statistics: Statistics) -> AllHits:
-        """Return all hits of rays, or each ray's ``max_hits`` nearest hits."""
+        """Return all hits of rays; with ``max_hits``, each ray's nearest hits."""
         def trace_on(texels: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
             """Return the fields of HIT and the status of each ray; see `all_hits.Round`."""
             rays, buffers = self.buffers.of(texels.shape[1::-1], after_hit=True)
@@ -175,13 +174,13 @@ class Session:
         return counters
 
     def eye_driver(self, first_hits: str) -> Driver:
-        """Return the driver of a picture's rays: the eye drivers around the method's driver."""
+        """Return the driver of a picture's rays: the method's driver within the eye drivers."""
         return self.eye_drivers.over(self.driver, first_hits, self.structure.hit_triangles)
 
     # Moving ---------------------------------------------------------------------------------
 
     def move(self, scene: Scene, built: Accelerator | None = None) -> None:
-        """From now on, trace this scene: the same scene with moved triangles.
+        """From now on, trace ``scene``: the same scene with moved triangles.
 
         ``built`` is an accelerator over the moved triangles, if it exists already.
         """
@@ -206,11 +205,8 @@ class Session:
         self.driver.follow(self.tables.samplers(), self.accelerator, self.step_cap)
 
     def follow_eye(self, known: bool) -> None:
-        """Give the rasteriser the moved triangles.
-
-        If the host does not know their positions (``known`` is False), drop the rasteriser's
-        triangles instead.
-        """
+        """Give the rasteriser the moved triangles. If the host does not know their positions
+        (``known`` is False), drop the rasteriser's triangles."""
         if known:
             self.eye_drivers.take(self.structure.hit_triangles, self.driver)
         else:

@@ -1,7 +1,6 @@
 """Drivers: a driver runs a method's programs over the rays.
 
-A row of the method table may name a driver for a schedule; `assembly.make_driver` has the
-defaults.
+A row of the method table may name a driver for a schedule; see `assembly.make_driver`.
 """
 from __future__ import annotations
 
@@ -59,7 +58,7 @@ class Setup:
 
 
 class Driver(Protocol):
-    """Runs a method's programs over rays. A method's own driver is made from a ``Setup``."""
+    """Runs a method's programs over rays."""
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
@@ -86,8 +85,8 @@ class DriverBase:
     ----------
     programs : key -> pass
     kept : name -> target or other part that the driver owns
-    keeps_states : whether each ray's state is kept between passes in a target with the fields of
-        the method's record ``state``. States can then be observed
+    keeps_states : whether a target keeps each ray's state between passes, with the fields of the
+        method's record ``state``, so that states can be observed
     """
 
     keeps_states = False
@@ -101,8 +100,7 @@ class DriverBase:
 
     @property
     def mask_interval(self) -> int:
-        """Number of passes between two counts of the live rays: the option ``mask_interval``, or a
-        default."""
+        """Number of passes between two counts of the live rays."""
         steps = self.options["steps_per_pass"] if self.options["schedule"] == "step" else 1
         return self.options["mask_interval"] or max(2, QUERY_INTERVAL // steps)
 
@@ -111,7 +109,7 @@ class DriverBase:
         return {}
 
     def program(self, key: Hashable, make: Callable[[], AnyPass]) -> AnyPass:
-        """Return the program of a key. ``make`` compiles the program at the first request."""
+        """Return the program of a key. ``make`` compiles it at the first request."""
         found: Any = self.programs.get(key)
         if found is None:
             found = self.programs[key] = make()
@@ -120,8 +118,7 @@ class DriverBase:
 
     def keep(self, name: str, make: Callable[[], Part],
              fits: Callable[[Part], bool] = lambda part: True) -> Part:
-        """Return the part ``name``. If there is no such part, make the part. If the part does not
-        fit, release the part and make a new part."""
+        """Return the part ``name``. If the part is missing or does not fit, make it anew."""
         part = self.kept.get(name)
         if part is None or not fits(part):
             self.drop(name)
@@ -129,7 +126,7 @@ class DriverBase:
         return part
 
     def drop(self, name: str) -> None:
-        """Release the part ``name``, if the driver has this part."""
+        """Release the part ``name``, if it exists."""
         release(self.kept.pop(name, None))
 
     def draw(self, program: FullScreenPass, target: Drawable, samplers: Samplers,
@@ -140,8 +137,8 @@ class DriverBase:
 
     @staticmethod
     def count_pass(statistics: Statistics, kernel: str | None = None) -> None:
-        """Count a pass of a single draw call. If ``kernel`` is given, also add the pass to the
-        count of this kernel."""
+        """Count a pass of a single draw call. If ``kernel`` is given, count it for this kernel
+        too."""
         statistics.passes += 1
         statistics.draw_calls += 1
         if kernel is not None:
@@ -162,9 +159,9 @@ class MethodDriver(DriverBase):
 
     Parameters
     ----------
-    driver : the inner driver, or None. A driver is either a method's own driver, without an inner
-        driver, or a stage such as sorted rays. A stage prepares the rays, or the nodes at which
-        they enter the tree, and then runs the inner driver
+    driver : the inner driver of a stage such as sorted rays; None for a method's own driver. A
+        stage prepares the rays, or the nodes at which they enter the tree, and then runs the inner
+        driver
     """
 
     def __init__(self, setup: Setup, driver: Driver | None = None) -> None:
@@ -193,8 +190,8 @@ class MethodDriver(DriverBase):
 
     def count_phase(self, phase: int, states: Target, buffers: StateBuffers,
                     statistics: Statistics) -> int:
-        """Return the number of rays whose state is in a phase, counted by an occlusion query.
-        UNFINISHED stands for every stopped ray."""
+        """Return the number of rays in a phase, by an occlusion query. UNFINISHED stands for every
+        stopped ray."""
         program = self.state_program("classify", self.method.state)
         program.set(phase=phase)
         self.gpu.context.enable_only(moderngl.NOTHING)

@@ -1,12 +1,11 @@
 """The era form: a method's kernels as the cards of 2002-2006 ran them, one kernel per pass.
 
-The kernels are the texts of ``glsl/methods/``, which ``glsl/era/pass.glsl`` includes. Indices are
-floats. Each texel of a record lies in a separate texture. A ray's state has the fields that the
-method's paper stores. The host chooses the kernel of each pass by occlusion queries.
+Indices are floats. Each texel of a record lies in a separate texture. A ray's state has the fields
+that the method's paper stores. The host chooses the kernel of each pass by occlusion queries.
 
-A dialect is a main file that includes ``glsl/era/pass.glsl``. The cards' compilers read the
-dialect ``card`` (glsl/era/card.frag). The renderer that traces the rays today runs the dialect
-``renderer`` (glsl/era/renderer.frag).
+A dialect is a main file that includes ``glsl/era/pass.glsl``, which includes the kernels of
+``glsl/methods/``. The cards' compilers read the dialect ``card`` (glsl/era/card.frag). Today's
+renderer runs the dialect ``renderer`` (glsl/era/renderer.frag).
 """
 from __future__ import annotations
 
@@ -44,7 +43,7 @@ class EraKernel:
     ----------
     name : the kernel's name; INIT for the pass that sets up states
     defines, virtual : arguments of ``gl.shader.resolve``, for the main file of either dialect
-    writes_hit : whether the kernel writes rays' hits. False if the kernel cannot change hits
+    writes_hit : whether the kernel writes rays' hits
     """
 
     name: str
@@ -134,7 +133,7 @@ class EraDriver(MethodDriver):
         return found
 
     def generated(self, rays: RayTextures, statistics: Statistics) -> RayTextures:
-        """Return copies of the rays. Tiny numbers replace the zero components of directions."""
+        """Return copies of the rays with tiny numbers for the zero components of directions."""
         rays.complete()
         mine = self.keep("rays", lambda: rays.like(rays.size), lambda old: old.fits(rays))
         program = self.program("rays", lambda: FullScreenPass(
@@ -154,8 +153,8 @@ class EraTraversal(EraDriver, Traversal):
 
     def _classify(self, now: Target, buffers: StateBuffers, tiles: Tiles,
                   statistics: Statistics) -> dict[int, int]:
-        """Do the same as ``Traversal._classify``. States count no steps here, so count the host's
-        choices of kernels. Raise LimitError if the choices exceed the step cap."""
+        """Do the same as ``Traversal._classify``. States have no step counts, so count the host's
+        choices of kernels instead. Raise LimitError if the choices exceed the step cap."""
         self._choices += 1
         if self._choices > self.step_cap:
             raise LimitError(f"method {self.method.name} in the era form does not end: the host "
@@ -169,16 +168,16 @@ class EraTraversal(EraDriver, Traversal):
         states.
 
         The schedule ``kernels`` draws passes in pairs: from side 0 of the buffers to side 1, and
-        back to side 0. Before a pair, side 0 has the hits of all rays. A kernel that cannot change
-        hits leaves these hits valid, so both passes of the pair read them.
+        back. Before a pair, side 0 has the hits of all rays; they stay valid if the kernel cannot
+        change hits.
         """
         if source is not None and kernel != TESTS_TRIANGLES:
             source, target = self._part(source, HIT), self._part(target)
         super()._draw(program, rays, source, target, statistics, depth, tiles, kernel)
 
     def _part(self, side: Target, *read: Record) -> Target:
-        """Return a target over the states of a side of the buffers, and over the records ``read``
-        of side 0."""
+        """Return a target over the states of a side of the buffers, and the records ``read`` of
+        side 0."""
         buffers = self._buffers
         state, *others = (self.precision.layout(record) for record in (self.method.state, *read))
         index = 0 if side is buffers.side(0) else 1

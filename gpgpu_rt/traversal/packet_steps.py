@@ -1,7 +1,6 @@
 """Packets under the schedule ``step``: textures hold the packets' states between passes.
 
-Each packet's state has its own texels. If packets have stacks, an atlas texture (stack_atlas.py)
-holds the stacks.
+If packets have stacks, an atlas texture (stack_atlas.py) holds the stacks.
 """
 from __future__ import annotations
 
@@ -25,10 +24,9 @@ from .stack_atlas import StackAtlas
 class PacketSteps(MethodDriver):
     """A packet method under the schedule ``step``; see ``Traversal``.
 
-    A step is two passes. In the pass over the rays, each ray whose packet is at a triangle tests
-    this triangle. In the pass over the packets, each packet visits a node or advances to the next
-    triangle. If there is an atlas, a draw after each step pushes the packets' stack entries into
-    the atlas.
+    A step is two passes. In the pass over the rays, each ray tests the triangle of its packet, if
+    any. In the pass over the packets, each packet visits a node or advances to the next triangle.
+    A draw then pushes the packets' stack entries into the atlas, if there is an atlas.
     """
 
     keeps_states = True
@@ -153,5 +151,5 @@ class PacketStates(PingPong):
 
 
 def _of_packets(packets: Target) -> Samplers:
-    """Return the samplers of packets' records, by names that differ from those of the rays."""
+    """Return the samplers of packets' records, by other names than those of the rays."""
     return {f"packet_{name}": texture for name, texture in packets.samplers().items()}

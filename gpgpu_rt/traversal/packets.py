@@ -23,8 +23,8 @@ from .packet_hits import PacketHits, PacketTargets
 from .packet_tiles import PacketTiles, TilePass
 from .schedules import Traversal, method_defines, method_texts
 
-# Largest number of steps of a packet in its pass. llvmpipe ends any loop after 65,535 iterations.
-# A step costs at most three iterations, so a packet stays below this limit.
+# Largest number of steps of a packet in its pass. A step costs at most three iterations, and
+# llvmpipe ends any loop after 65,535.
 PACKET_STEPS = 20_000
 LIVE = 1   # phase of a ray whose packet reached the step limit
 
@@ -36,10 +36,9 @@ class PacketTraversal(MethodDriver):
         super().__init__(setup)
         self.packet = packet_of(self.options)
         self.rays = self.packet[0] * self.packet[1]
-        # Hits have one of three layouts in render targets. If the renderer has fewer targets than
-        # a packet has rays (``rows_alone``), a target holds, for four rays, the rows of the hit
-        # triangles in the triangle table. With ``fours``, a target holds one field, such as t, of
-        # the hits of four rays. Otherwise, a target holds all fields of one ray's hit.
+        # A render target has one of three layouts. With ``rows_alone`` (fewer targets than rays),
+        # it holds the triangle-table rows of four rays' hits; with ``fours``, one field, such as
+        # t, of four rays' hits; otherwise all fields of one ray's hit.
         self.rows_alone = self.rays > self.gpu.max_draw_buffers
         self.targets = self.rays // 4 if self.rows_alone else self.rays
         self.fours = self.rays % 4 == 0 and not self.rows_alone
@@ -62,8 +61,8 @@ class PacketTraversal(MethodDriver):
         query = self.gpu.query()
         drawn = self._draw_packets("packet", rays, room, statistics, any_hit, query)
         statistics.queries += 1
-        # The program discards unfinished packets. If a packet is unfinished, draw all packets
-        # again without discarding.
+        # The program discards unfinished packets. If there are any, draw all packets without
+        # discarding.
         left_behind = query.samples < drawn
         if left_behind:
             self._draw_packets("packet_unsettled", rays, room, statistics, any_hit)
@@ -81,12 +80,10 @@ class PacketTraversal(MethodDriver):
 
     def _draw_packets(self, name: str, rays: RayTextures, room: PacketTargets,
                       statistics: Statistics, any_hit: bool, query: Any = nullcontext()) -> int:
-        """Trace the packets within an occlusion query, and return the number of traced packets.
-
-        Squares in which no packet has a ray to trace are only filled with misses.
-        """
-        # Skipped squares are filled by a pass that writes floats. With ``rows_alone``, the targets
-        # hold integers, so no square is skipped.
+        """Trace the packets within an occlusion query. Return the number of traced packets.
+        Squares without a ray to trace are only filled with misses."""
+        # The pass that fills skipped squares writes floats; ``rows_alone`` needs integers, so skip
+        # none.
         samplers = {**self.samplers, **rays.samplers()}
         squares = None if self.rows_alone else self._tiles.squares(rays, samplers)
         counted = name == "packet_counters"
@@ -148,8 +145,8 @@ class PacketTraversal(MethodDriver):
             known = (*TRACER_OPTIONS, *row.options)
             shared = {option.name: self.options[option.name] for option in known
                       if option.name in self.options and option.accepts(self.options[option.name])}
-            # Single rays begin at the root, because the driver around this driver finds entry
-            # points only for packets.
+            # Single rays begin at the root: the driver around this driver finds entry points only
+            # for packets.
             shared.pop("entry_points", None)
             options = resolve_options({**shared, "schedule": "loop", "statistics": False}, known,
                                       f"method {row.name}")
@@ -203,8 +200,7 @@ class PacketTraversal(MethodDriver):
         reads: list[Record] = [rays]
         writes: list[Record] = []
         if name in ("packet", "packet_unsettled", "packet_counters"):
-            # The program does not read these streams. It only needs the declarations of their
-            # structs.
+            # The program only needs the declarations of these streams' structs.
             reads += [r for r in written if r.name != "state"]
         elif name == "packet_hits":
             writes = written

@@ -33,26 +33,24 @@ from .method import Method
 from .records import ENTRIES, ENTRY_LIST, ENTRY_TILE, PACKET_ENTRY
 from .stack_atlas import StackAtlas
 
-# llvmpipe ends a shader's loops silently after 65,535 iterations. The phase of a ray whose loop
-# ended early is not DONE, so the ray continues in the next pass. A limit below 65,535 makes these
-# early ends rare.
+# llvmpipe ends a shader's loops silently after 65,535 iterations; a ray whose loop ended early is
+# not DONE and continues in the next pass. A lower limit makes this rare.
 LOOP_STEPS = 60_000
 
-# Count the rays of each tile again when the live rays fall below this share of the rays that were
-# live at the previous count.
+# Count the rays of each tile again when fewer than this share of the rays live at the last count
+# are still live.
 FEWER = 0.7
 MASKED = 0.0    # depth of a masked ray
 
 
 def kernel_depth(kernel: int) -> float:
-    """Return the depth value that marks the rays waiting for a kernel. Kernel 0 stands for
-    finished rays."""
+    """Return the depth that marks the rays waiting for a kernel. Kernel 0 means finished rays."""
     return (1 + kernel) / 16
 
 
 def mark_stopped(status: np.ndarray, phases: np.ndarray) -> None:
-    """Write the status codes of ``Hits`` into ``status``, (n,), for stopped rays. ``phases``,
-    (n,), tells which rays were stopped."""
+    """Write the status codes of ``Hits`` for stopped rays into ``status``, (n,), by ``phases``,
+    (n,)."""
     status[phases == UNFINISHED] = hits.UNFINISHED
     status[phases == OVERFLOWN] = hits.STACK_OVERFLOW
 
@@ -104,8 +102,8 @@ class Traversal(MethodDriver):
     def _run_loop(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                   any_hit: bool) -> tuple[Target, int]:
         self.gpu.context.enable_only(moderngl.NOTHING)
-        # Keep states in textures if they are needed: counters are part of the states, and an
-        # observer may ask for states.
+        # Counters are part of the states, and an observer may ask for states: then keep them in
+        # textures.
         in_textures = self.statistics_on or self._overran or self.gpu.observers.states
         if not in_textures and self._finish_all(rays, buffers, statistics, any_hit):
             return buffers.side(0), 0
@@ -126,7 +124,7 @@ class Traversal(MethodDriver):
                     any_hit: bool) -> bool:
         """Trace every ray in registers. Return whether the traversal of each ray ended.
 
-        The program discards a ray that does not end. An occlusion query counts all other rays.
+        The program discards rays that do not end, and an occlusion query counts the others.
         """
         query = self.gpu.query()
         with query:
@@ -166,9 +164,9 @@ class Traversal(MethodDriver):
     def _run_kernels(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                      any_hit: bool) -> tuple[Target, int]:
         context = self.gpu.context
-        # Passes are drawn in pairs, from ``now`` to ``scratch`` and back. Between pairs, ``now``
-        # therefore holds the latest state of every ray. ``scratch`` may hold old states of rays
-        # that the pair does not work on.
+        # Passes are drawn in pairs, from ``now`` to ``scratch`` and back, so between pairs ``now``
+        # holds the latest state of every ray. ``scratch`` may hold old states of rays outside the
+        # pair's kernel.
         now, scratch = buffers.side(0), buffers.side(1)
         tiles = self._tiles_for(buffers)
         context.enable_only(moderngl.NOTHING)
@@ -303,11 +301,8 @@ def method_defines(method: Method, accelerator: Accelerator, options: Mapping[st
 
 
 def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
-    """Return the texts that programs of a method include: name of the include -> text.
-
-    The texts are the method's own file, the files that options choose, and the accessors of the
-    method's tables.
-    """
+    """Return the texts that programs of a method include, by the include's name: the method's own
+    file, the files that options choose, and the accessors of the method's tables."""
     layout = Precision.of(options).layout
     tables = [layout(r).table_glsl() for r in method.tables_for(options)]
     if options.get("entry_points") and method.packet:

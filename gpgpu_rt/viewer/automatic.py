@@ -35,7 +35,7 @@ def shown(option: Option, given: Mapping[str, Any], tracer: Tracer) -> Shown:
         value = given[option.name]
     elif option.default is None and option.unset == AUTOMATIC:
         value = None
-    else:       # the resolved value: other options, such as ``era``, may imply it
+    else:       # other options, such as ``era``, may imply the value
         value = tracer.options.get(option.name, option.default)
     return Shown(value, _words_for_none(option, tracer))
 

@@ -1,8 +1,4 @@
-"""The left panel: five controls that everybody needs are at the top, all others under headings.
-
-The lists of scenes, methods, options and light come from the tables of scenes, methods, options
-and integrators.
-"""
+"""The left panel: five controls that everybody needs are at the top, all others under headings."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
@@ -150,9 +146,8 @@ class Controls:
     @staticmethod
     def _heading(title: str, key: str, options: Sequence[Option],
                  given: Mapping[str, Any]) -> bool:
-        """Draw a heading that says how many options differ from their defaults. Return whether the
-        heading is open. ImGui knows the heading by ``key``, so an open heading stays open when its
-        title changes."""
+        """Draw a heading that counts its changed options. Return whether the heading is open. It
+        stays open when its title changes, because ImGui knows it by ``key``."""
         changed = len({option.name for option in options} & set(given))
         note = f" ({changed} changed)" if changed else ""
         return imgui.collapsing_header(f"{title}{note}###{key}")

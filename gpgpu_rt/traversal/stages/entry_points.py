@@ -1,10 +1,9 @@
 """Entry points: passes at low resolution find the nodes where each tile's rays enter the tree.
 
-The method follows Reshetov et al. 2005. An entry is a node at which rays begin. The first passes
-bound the rays of each tile by a beam. They go from small tiles to large tiles. The next passes
-find a list of entries for each tile. They go from large tiles to small tiles: the beam of a small
-tile refines the list of the large tile around it. Any driver can then trace the rays, which begin
-at the entries of their small tile.
+The method follows Reshetov et al. 2005. An entry is a node at which rays begin. From small tiles
+to large tiles, the first passes bound the rays of each tile by a beam. From large tiles to small
+tiles, the next passes find a list of entries for each tile: a tile's beam refines the list of the
+larger tile around it. Any driver can then trace the rays from the entries of their smallest tile.
 """
 from __future__ import annotations
 
@@ -75,8 +74,8 @@ class EntryPoints(MethodDriver):
         return self.driver.run(rays, buffers, statistics, any_hit)
 
     def _count(self, rays: RayTextures, statistics: Statistics) -> None:
-        """Record how many nodes the beams visited, divided by the number of rays, and the mean
-        number of entries of a tile."""
+        """Record the nodes that beams visited per ray, and the mean number of entries of a
+        tile."""
         levels = [level.entries.fields() for level in self._levels]
         visited = sum(float(level["visited"].sum()) for level in levels)
         statistics.add(entry_nodes_visited=visited / math.prod(rays.size))
@@ -86,11 +85,8 @@ class EntryPoints(MethodDriver):
 
     def _draw(self, name: str, target: Target, other: RayTextures | EntryTiles | None,
               samplers: Samplers, statistics: Statistics, **uniforms: object) -> None:
-        """Draw a pass into ``target``.
-
-        ``other`` is a further input of the pass: the rays, or the larger tiles whose lists the
-        pass refines, or None.
-        """
+        """Draw a pass into ``target``. ``other`` is a further input: the rays, or the larger tiles
+        whose lists the pass refines."""
         program = self._program(name, other)
         if isinstance(other, RayTextures):
             uniforms |= {"ray_texture_size": other.size, **other.uniforms()}
@@ -137,8 +133,8 @@ class EntryPoints(MethodDriver):
 class EntryTiles:
     """The tiles of one size: their beams, their entries, and the entries as lists for rays.
 
-    A pass writes the entries into several textures. Rays read lists from a single texture, into
-    which another pass copies the entries.
+    A pass writes the entries into several textures; another pass copies them into a single
+    texture, from which rays read lists.
     """
 
     def __init__(self, owner: EntryPoints, size: tuple[int, int]) -> None:

@@ -1,5 +1,4 @@
-"""Eye drivers: drivers for eye rays, in which the rasteriser computes bounds on hit distances, or
-finds hits."""
+"""Eye drivers: in drivers of eye rays, the rasteriser bounds hit distances or finds hits."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -17,10 +16,8 @@ from .rasterised_bounds import RasterisedBounds, check_bounds
 
 
 class EyeDrivers:
-    """The drivers that wrap a method's own driver: rasterised first hits, and rasterised bounds.
-
-    Each of the two drivers is made when a picture first needs it.
-    """
+    """The drivers that wrap a method's own driver, made on demand: rasterised first hits, and
+    rasterised bounds."""
 
     def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
         check_bounds(options)
@@ -71,8 +68,8 @@ class EyeDrivers:
                 driver = helper
 
     def lose_triangles(self) -> None:
-        """Record that triangles moved to positions that the host does not know. The next call of
-        ``take`` supplies their positions again."""
+        """Record that the host does not know the positions of moved triangles. ``take`` supplies
+        them."""
         self._lost = True
 
     def bytes(self) -> int:

@@ -1,9 +1,8 @@
 """Entry points of packets: a pass at low resolution finds where packets enter the tree.
 
-The method follows Reshetov et al. 2005. A beam bounds the rays of a tile. If the bounds of all
-rays of the tile are known, the beam bounds all rays. Otherwise it bounds only a sample of the
-rays. Each packet whose rays lie within the beam begins at the beam's entry; see
-stages/packet_entries.frag.
+The method follows Reshetov et al. 2005. A beam bounds all rays of a tile if their bounds are
+known, and otherwise a sample of the rays. Each packet whose rays lie within the beam begins at the
+beam's entry; see stages/packet_entries.frag.
 """
 from __future__ import annotations
 
@@ -58,7 +57,7 @@ class PacketEntries(MethodDriver):
         statistics.draw_calls += 1
         if self.statistics_on:
             visited = float(entries.fields()["visited"].sum())
-            # Divide by the number of packets, because all other counters are per packet.
+            # Divide by the number of packets: other counters are per packet.
             packet = math.prod(self.options["packet"])
             statistics.add(entry_nodes_visited=visited * packet / math.prod(rays.size),
                            entry_seconds=time.perf_counter() - began)

@@ -1,8 +1,8 @@
 """Rasterised bounds: a coarse rasterisation bounds the interval of each eye ray's hit.
 
 The survey proposes such bounds in section 5. Triangles are drawn over tiles of the image. For each
-tile, MIN blending keeps the depths between which the tile's rays can hit something. The rays are
-then traced only between these depths.
+tile, MIN blending keeps the depths between which the tile's rays can hit something. Rays are
+traced only between these depths.
 """
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def check_bounds(options: Mapping[str, Any]) -> None:
 class RasterisedBounds(DriverBase):
     """A driver that bounds the rays through the pixels of a camera.
 
-    A second driver traces these rays, and all rays that are not from a camera. The option
-    ``rasterised_bounds`` is the side of a tile in pixels.
+    A second driver traces all rays. The option ``rasterised_bounds`` is the side of a tile in
+    pixels.
     """
 
     def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:

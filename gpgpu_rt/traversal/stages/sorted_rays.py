@@ -1,4 +1,4 @@
-"""Sorting rays before a traversal. Any driver runs on the sorted rays.
+"""Sorts rays before a traversal by any driver.
 
 The survey proposes sorting (section 4.3) without measuring it. A ray's key consists of two cells:
 where the ray begins, and where it leaves the scene. ``gl/algorithms/sort.py`` sorts the keys. The
@@ -27,9 +27,8 @@ from ...statistics import Statistics
 from ..accelerator import Accelerator
 from ..driver import MethodDriver, Samplers
 
-# LEVELS: bits per axis of a key's cells. The key interleaves the bits of both cells, coarse levels
-# first. FREE_LEVELS: number of levels of the origin's cell that precede the first level of the
-# cell where the ray leaves the scene.
+# LEVELS: bits per axis of a key's two cells, whose bits are interleaved, coarse levels first.
+# FREE_LEVELS: levels of the origin's cell that precede the first level of the other cell.
 KEY = {"LEVELS": 8, "FREE_LEVELS": 2}
 
 
@@ -61,10 +60,8 @@ class SortedRays(MethodDriver):
         return final, stopped
 
     def order(self, rays: RayTextures) -> np.ndarray:
-        """Return the indices of the rays in sorted order, (n,) int32.
-
-        Each 64 consecutive rays fill a square of texels.
-        """
+        """Return the indices of the rays in sorted order, (n,) int32. Each 64 consecutive rays
+        fill a square of texels."""
         with self.gpu, StreamRoom(self.gpu) as room:
             return self._sorted_keys(room, rays).read()["index"]
 
