@@ -1,7 +1,7 @@
 """Views: how an object shows itself, as a line of text and as a table in a notebook.
 
-A view shows the object's facts: pairs of a name and a text. The time of a view is bounded, because
-a notebook shows the view of each result without being asked.
+A view shows the object's facts: pairs of a name and a text. Its time is bounded, because a
+notebook shows each result without being asked.
 """
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def in_notebook() -> bool:
 
 
 def stride(count: int, most: int) -> int:
-    """Return the smallest step with which ``[::step]`` picks at most ``most`` of ``count`` items.
-    """
+    """Return the smallest step with which ``[::step]`` picks at most ``most`` of ``count``
+    items."""
     return max(1, math.ceil(count / most))
 
 

@@ -30,7 +30,7 @@ class HeatView:
     what : the counted quantity, from ``heat.KINDS``
     other : the method to compare with, or None
     layout : a name from LAYOUTS
-    wipe : the place at which the map of the other method begins, as a share of the width
+    wipe : where the map of the other method begins, as a share of the width
     maps, top : the last measured maps, and the upper end of their common scale
     """
 
@@ -51,7 +51,7 @@ class HeatView:
         found, costs = [], []
         for tracer in tracers:
             found.append(heat(tracer, self.what, self.size_of_one(size), camera))
-            # Copy the statistics, because both maps may use the same tracer.
+            # Both maps may use the same tracer, so copy its statistics.
             costs.append(deepcopy(tracer.statistics))
         self.maps = tuple(found)
         self.top = scale_of(self.maps)
@@ -100,10 +100,9 @@ class HeatView:
 
 
 def _shared(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the part of ``options`` that also applies to ``method``. ``options`` were chosen for
-    another method, whose own options are left out. The options of the tracer are kept, with two
-    exceptions. A schedule that ``method`` does not support is left out. If a pass of ``method``
-    runs a single step, ``steps_per_pass`` is left out."""
+    """Return the tracer's part of ``options``, which were chosen for another method. Leave out a
+    schedule that ``method`` does not support, and ``steps_per_pass`` if a pass of ``method`` runs
+    a single step."""
     known = {option.name for option in TRACER_OPTIONS}
     shared = {name: value for name, value in options.items() if name in known}
     if shared.get("schedule") not in (None, *find_method(method).schedules):

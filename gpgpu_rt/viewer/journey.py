@@ -1,4 +1,4 @@
-"""A journey: the states of a picture's rays after each pass, which the viewer can show later."""
+"""A journey: the states of a picture's rays after each pass, for the viewer."""
 from __future__ import annotations
 
 import time
@@ -18,8 +18,8 @@ from ..tracer import Tracer
 
 MOST_BYTES = 256 << 20      # if all states need more bytes, every second pass is dropped
 MOST_SECONDS = 20.0
-# A t above this number is no point on a ray. For example, a packet walks once for each combination
-# of direction signs. A ray that waits for its turn has t_min 3e38 (drivers/packet_turns.glsl).
+# A t above this number is no point on a ray. For example, a ray that waits for its packet's next
+# walk has t_min 3e38 (drivers/packet_turns.glsl).
 NO_PLACE = 1e30
 
 
@@ -90,7 +90,7 @@ class Journey:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """The names of the fields of state and hit, which the viewer can show."""
+        """The names of the fields of state and hit."""
         last = self.kept[-1]
         return (*last.state, *(f"hit {name}" for name in last.hit))
 
@@ -121,10 +121,8 @@ class Journey:
 
     @staticmethod
     def _numbers(values: np.ndarray) -> np.ndarray:
-        """Return colours of a ramp that goes from the smallest to the largest finite value.
-
-        For a vector, the value is the sum of its components.
-        """
+        """Return colours of a ramp from the smallest to the largest finite value. A vector counts
+        as the sum of its components."""
         values = values.astype(np.float64).reshape(len(values), -1).sum(axis=1)
         finite = np.isfinite(values) & (np.abs(values) < NO_PLACE)
         shown = np.full((len(values), 3), colours.NOTHING, np.uint8)
@@ -157,17 +155,14 @@ class Journey:
 
 
 def hit_words(one: Pass, ray: int) -> dict[str, str]:
-    """Return the fields of a ray's nearest hit so far as text. Before the first hit, each text is
-    "-"."""
+    """Return the fields of a ray's nearest hit so far as text; "-" before the first hit."""
     none = not np.isfinite(one.hit["t"][ray])
     return {name: "-" if none else word_of(values[ray]) for name, values in one.hit.items()}
 
 
 def word_of(value: np.ndarray | np.generic) -> str:
-    """Return the text of a field's value, with enough digits to identify a float32.
-
-    The text is "-" for a node index that means no node, and for a t above NO_PLACE.
-    """
+    """Return the text of a field's value, with enough digits to identify a float32; "-" for a node
+    index that means no node, and for a t above NO_PLACE."""
     if np.ndim(value):
         return " ".join(word_of(part) for part in value)
     if value == EXACT_INTEGER or value > NO_PLACE:

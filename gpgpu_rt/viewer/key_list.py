@@ -1,4 +1,4 @@
-"""The list of keys and mouse actions. The viewer shows this list when it opens."""
+"""The list of keys and mouse actions, which the viewer shows when it opens."""
 from __future__ import annotations
 
 from imgui_bundle import imgui

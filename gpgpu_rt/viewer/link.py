@@ -1,10 +1,7 @@
 """The link between Dear ImGui and a moderngl window.
 
-The link draws ImGui's draw lists in the window and passes the window's events to ImGui.
-
-moderngl-window has such a link, but only for ImGui before 1.92. Before 1.92, the renderer
-created all textures at the start. Since 1.92, ImGui asks its renderer to create and to update
-textures at any time.
+moderngl-window's own link supports only ImGui before 1.92, whose renderer created all textures at
+the start. Since 1.92, ImGui asks its renderer to create and to update textures at any time.
 """
 from __future__ import annotations
 
@@ -200,8 +197,8 @@ class Link:
         return bool(self.io.want_capture_mouse)
 
     # The following properties are valid only after `begin`. ImGui processes clicks and keys in
-    # their order, and may leave some events for later frames. So a key goes to the panel that an
-    # earlier click has opened.
+    # their order, perhaps in later frames, so a key goes to the panel that an earlier click has
+    # opened.
 
     @property
     def has_keys(self) -> bool:
@@ -219,10 +216,8 @@ class Link:
         imgui.internal.close_popup_to_level(0, True)
 
     def pressed(self, key: int, repeat: bool = False) -> bool:
-        """Return whether a key was pressed in this frame.
-
-        With ``repeat``, a key that is held down counts as pressed again from time to time.
-        """
+        """Return whether a key was pressed in this frame. With ``repeat``, a key that is held down
+        counts as pressed again from time to time."""
         return imgui.is_key_pressed(self._keys[key], repeat)
 
     def held(self, key: int) -> bool:

@@ -1,8 +1,8 @@
 """The viewer's model: settings, camera, resolution and results, without a window.
 
-A window calls `step` repeatedly and shows ``image``. Between two calls, it may change the
-selection, the camera and the mode. Each call draws at most one picture and raises no error:
-``message`` reports a user's mistake or a broken file, and the last picture stays.
+A window calls `step` repeatedly and shows ``image``. Between calls, it may change the selection,
+the camera and the mode. Each call draws at most one picture and raises no error: ``message``
+reports a mistake or a broken file, and the last picture stays.
 """
 from __future__ import annotations
 
@@ -63,8 +63,7 @@ class Viewer:
     image : (h, w, 3) uint8, the picture to show, possibly at low resolution; or None
     version : a number that increases with every new image
     message : the last error, or the last report such as "wrote a.png", in one line
-    failed : the reason why the present selection cannot be drawn, or "". While there is a reason,
-        `step` draws nothing
+    failed : the reason why `step` cannot draw the present selection, or ""
     """
 
     def __init__(self, selection: Selection = Selection(), size: tuple[int, int] = (640, 480),
@@ -128,8 +127,8 @@ class Viewer:
         self.camera = self._home
 
     def choose(self, selection: Selection) -> None:
-        """Change the selection in the second call of `step` from now. The first call does nothing,
-        so that a window can show ``busy`` before the change."""
+        """Change the selection in the second call of `step` from now, so that a window can show
+        ``busy`` first."""
         if selection != self.selection:
             self._wanted, self.message = selection, ""
 
@@ -138,8 +137,8 @@ class Viewer:
         self.choose(replace(self.selection, scene=os.fspath(source)))
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Change the size of pictures in pixels. The size of a minimised window is ignored.
-        Pictures are coarse until the size has stayed the same for SETTLED seconds."""
+        """Change the size of pictures in pixels, but ignore a minimised window. Pictures are
+        coarse until the size has stayed the same for SETTLED seconds."""
         if min(size) > 0 and size != self.size:
             self.size, self._moved_at = size, self.clock()
             self._outdated()
@@ -152,8 +151,8 @@ class Viewer:
             self._outdated()
 
     def change_heat(self, **changes: Any) -> None:
-        """Change attributes of the heat view. If only the attribute ``wipe`` changes, the picture
-        is shown again without a new measurement."""
+        """Change attributes of the heat view. A change of ``wipe`` alone needs no new
+        measurement."""
         before = self.heat
         self.heat = replace(before, **changes)
         if replace(before, wipe=self.heat.wipe) != self.heat:
@@ -162,7 +161,7 @@ class Viewer:
             self._show(self.heat.pixels())
 
     def go_to(self, index: int, field: str | None = None) -> None:
-        """Show a pass of the journey (see `Journey`) by its index, and a field of ray states."""
+        """Show a pass of the journey by its index, and a field of ray states."""
         if self.journey is None:
             return
         self.field = field or self.field
@@ -178,7 +177,7 @@ class Viewer:
 
     def follow(self, pixel: tuple[int, int]) -> None:
         """Trace only the ray through a pixel of the finest picture, and store its path in
-        ``path``. This is done in the second call of `step` from now, as for `choose`."""
+        ``path``, in the second call of `step` from now (see `choose`)."""
         self._asked = tuple(pixel)
 
     # Work ----------------------------------------------------------------------------------
@@ -225,7 +224,7 @@ class Viewer:
             with self._guarded() as went_well:
                 self._draw(divisor)
                 went_well.append(True)
-            if not went_well:       # do not try again: a second attempt would fail in the same way
+            if not went_well:       # a second attempt would fail in the same way
                 self.failed, self._insist = self.message, False
                 if self.mode == "passes" or self.mode == "heat" and self.divisor is None:
                     self.heat.maps = ()     # the picture on the screen is out of date
@@ -245,7 +244,7 @@ class Viewer:
 
     @property
     def held_back(self) -> float | None:
-        """If the finest picture is drawn only on request: its estimated seconds. Else None."""
+        """The estimated seconds of the finest picture, if only a request draws it; else None."""
         if self.mode == "passes" or self.divisor in (None, 1) or not self.finished:
             return None
         estimate = self.pace.estimate(1)
@@ -318,7 +317,7 @@ class Viewer:
         self.journey = Journey(tracer, self.view, self.journey_size)
         self.message = self.journey.note
         self.divisor = 1
-        # Open in the middle: after the first pass, no ray has done anything yet.
+        # Open in the middle, because the first pass shows nothing yet.
         self.go_to(self.journey.halfway() if self._opening else self.index)
         self._opening = False
 
@@ -340,7 +339,7 @@ class Viewer:
 
     @contextmanager
     def _guarded(self) -> Iterator[list[bool]]:
-        """Report an error in ``message``, because a broken file must not end the program."""
+        """Report an error in ``message``: a broken file must not end the program."""
         try:
             with self.gpu:
                 yield []
@@ -358,8 +357,8 @@ class Viewer:
 
     @property
     def command(self) -> str:
-        """The shell command that makes the shown picture, or a shell comment with the reason why
-        no command makes it."""
+        """The shell command that makes the shown picture, or the reason why there is none as a
+        comment."""
         line, note = line_of(self)
         return line or f"# {note}"
 
@@ -369,8 +368,8 @@ class Viewer:
         return self.history[-1] if self.history else None
 
     def ray_of(self, pixel: tuple[int, int]) -> list[tuple[str, str]]:
-        """Return the state of the ray at a pixel of the finest picture, as (field, text). The list
-        is empty outside the mode "passes"."""
+        """Return the state of the ray at a pixel of the finest picture, as (field, text); empty
+        outside the mode "passes"."""
         if self.journey is None:
             return []
         return self.journey.state_of(self.index, self.journey.ray_at(pixel, self.size))
@@ -380,8 +379,8 @@ class Viewer:
         return settings_of(self)
 
     def save(self, folder: str | os.PathLike[str] = ".") -> Path | None:
-        """Write the picture with all its pixels as a PNG, and return its path. The PNG and a JSON
-        file beside it contain the settings. After an error, return None and set ``message``."""
+        """Write the picture with all its pixels as a PNG, with a JSON file of its settings, and
+        return its path. After an error, return None and set ``message``."""
         with self._guarded():
             path = name_for(self, Path(folder))     # first: fails if the folder is not writable
             if self.mode == "passes":

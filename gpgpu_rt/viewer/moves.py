@@ -21,10 +21,8 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 
 
 def _turned_view(camera: Camera, across: float, upward: float) -> np.ndarray:
-    """Return the vector from eye to target, (3,), rotated around `up` and then towards `up`.
-
-    The angles are in radians.
-    """
+    """Return the vector from eye to target, (3,), rotated around `up` and then towards `up`, by
+    angles in radians."""
     up = _unit(np.asarray(camera.up))
     view = _turn(np.subtract(camera.target, camera.eye), up, across)
     rise = float(np.arcsin(np.clip(_unit(view) @ up, -1, 1)))

@@ -20,7 +20,7 @@ def draw_pass(viewer: Viewer, link: Link) -> None:
         return
     step = imgui.get_frame_height()
     imgui.set_next_item_width(-2 * (step + imgui.get_style().item_spacing.x))
-    # The slider's value is an index and not the number of a pass, so typing is disabled.
+    # The slider's value is an index, not a pass's number, so disable typing.
     changed, at = imgui.slider_int("##pass", viewer.index, 0, len(journey.kept) - 1,
                                    f"{journey.kept[viewer.index].number}",
                                    imgui.SliderFlags_.no_input.value)

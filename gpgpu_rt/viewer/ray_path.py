@@ -13,8 +13,8 @@ from ..tracer import Tracer
 from .journey import hit_words, word_of
 
 MOST_ROWS = 20_000
-# The two corners of each edge of a box. Bit a of a corner's number is 0 for the lower coordinate
-# along axis a, and 1 for the upper.
+# The two corners of each edge of a box. Bit a of a corner's number chooses the upper coordinate
+# along axis a.
 _EDGES = np.array([(a, a | 1 << axis) for a in range(8) for axis in range(3)
                    if not a >> axis & 1])
 
@@ -27,8 +27,8 @@ class Place:
     ----------
     title : its name, such as "node 12"
     box : (2, 3) lower and upper corner
-    record : (name, text) of each field of its records, decoded from the textures. Before the
-        fields of a record, there is a pair of the record's name and ""
+    record : (name, text) of each field of its records, decoded from the textures; (name, "")
+        begins a record
     """
 
     title: str
@@ -52,9 +52,8 @@ class RayPath:
         method's structure has no boxes
     places : the node or cell of each row; None if the ray has no node or cell after this pass
     hit : the triangle, or -1
-    count : the number of passes that count: the first pass, and each later pass that changed the
-        ray. Passes that do not count have no row. Only the first MOST_ROWS of the counted passes
-        have rows
+    count : number of counted passes: the first pass, and all later passes that changed the ray.
+        Only the first MOST_ROWS of them have rows
     row : the index of the row that the user chose, or None
     """
 
@@ -76,8 +75,7 @@ class RayPath:
         return None if self.row is None else self.places[self.row]
 
     def go(self, by: int) -> None:
-        """Choose the row that is ``by`` rows below the chosen row. If no row is chosen, choose the
-        first row."""
+        """Choose the row ``by`` rows below the chosen row, or the first row if none is chosen."""
         at = 0 if self.row is None else self.row + by
         self.row = min(max(at, 0), len(self.rows) - 1)
 

@@ -1,7 +1,7 @@
 """Selection: the viewer's scene, method and options, and the command that draws their picture.
 
-The choices come from the method table and the tables of options. So a new row of a table appears
-in the viewer without further code.
+The choices come from the method table and the tables of options, so a new row appears without
+further code.
 """
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from ..render.integrators import DEFAULT, find_integrator
 from ..scene.camera import Camera
 from ..tracer import DEFAULT_METHOD
 
-# Options that the viewer sets itself. Presort has no effect on eye rays, because eye rays
-# are not given as arrays.
+# Options that the viewer sets itself; presort has no effect on eye rays, which are not given as
+# arrays.
 DECIDED = ("context", "statistics", "presort")
 
 
@@ -42,10 +42,8 @@ def option_words(options: Mapping[str, Any], known: tuple[Option, ...]) -> list[
 
 
 def camera_words(camera: Camera, own: Camera | None = None) -> list[str]:
-    """Return the words ``--eye=x,y,z`` and so on. The numbers give the same camera to the bit.
-
-    Parts that equal the parts of the scene's ``own`` camera are left out.
-    """
+    """Return the words ``--eye=x,y,z`` and so on, which give the same camera to the bit. Leave out
+    parts that equal those of the scene's ``own`` camera."""
     parts = {"eye": camera.eye, "target": camera.target, "up": camera.up, "fov": (camera.fov,)}
     known = {} if own is None else {"eye": own.eye, "target": own.target, "up": own.up,
                                     "fov": (own.fov,)}
@@ -82,10 +80,8 @@ class Selection:
         return find_method(self.method)
 
     def known(self) -> tuple[Option, ...]:
-        """Return the options to choose from. The method's own options come first.
-
-        The option for the schedule has only the schedules that the other options allow.
-        """
+        """Return the options to choose from, the method's own options first. The schedule has only
+        the values that the other options allow."""
         return tuple(self._narrowed(option) for option in self.row.options + TRACER_OPTIONS
                      if option.name not in DECIDED)
 

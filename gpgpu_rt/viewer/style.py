@@ -17,8 +17,8 @@ OUTLINE = imgui.IM_COL32(0, 0, 0, 255)      # around the chosen box, on bright a
 
 
 class Fonts:
-    """The fonts of labels and of numbers. Without the font files of imgui_bundle, both are ImGui's
-    default font."""
+    """The fonts of labels and of numbers; ImGui's default font if imgui_bundle has no font
+    files."""
 
     def __init__(self) -> None:
         self.text = _font("Roboto/Roboto-Regular.ttf", SIZE)

@@ -68,7 +68,7 @@ def chosen_from(name: str, at: int, words: Sequence[str]) -> int | None:
 def chosen_option(option: Option, now: Shown) -> tuple[bool, Any]:
     """Draw the control of an option. Return whether its value changed, and the value.
 
-    A text is returned as it was typed. If the option may be None, an empty text becomes "none".
+    A text is returned as typed. If the option may be None, an empty text becomes "none".
     """
     empty = option.optional or option.default is None
     imgui.begin_group()

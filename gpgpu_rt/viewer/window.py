@@ -45,8 +45,7 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
 
     Returns
     -------
-    measurements from the time in which the window was open, such as the number of pictures while
-    the camera moved; see `Window.measured`
+    measurements from the time in which the window was open; see `Window.measured`
     """
     load_scene(selection.scene)       # report a wrong scene before the window opens
 
@@ -71,8 +70,8 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
 
 
 def _stay(config: Window) -> None:
-    """Run the loop of moderngl_window. An error while an event is handled, even an error of the
-    window library, is shown as a message and does not end the loop."""
+    """Run the loop of moderngl_window. An error in an event handler, even of the window library,
+    is shown as a message and does not end the loop."""
     window = config.wnd
     config.timer.start()
     while not window.is_closing:
@@ -116,8 +115,8 @@ class Window(moderngl_window.WindowConfig):
         self._held: set[int] = set()        # the flight keys that are down
         self._mouse = (0, 0)
         self._press: Press | None = None
-        # Handle dropped files here, because moderngl_window gets them from pyglet, which loses
-        # them on X11.
+        # Handle dropped files here: moderngl_window gets them from pyglet, which loses them on
+        # X11.
         glfw.set_drop_callback(self.wnd._window, self._dropped)
         self._last_event = time.perf_counter()
         self._shown = -1            # version of the uploaded picture
@@ -255,8 +254,8 @@ class Window(moderngl_window.WindowConfig):
             self._press.dy += dy
 
     def _follow_mouse(self) -> None:
-        """Apply the mouse's movement since the last frame. Call this after the frame has begun,
-        because ImGui only then knows whether a button was pressed over a panel."""
+        """Apply the mouse's movement since the last frame. Call this after the frame has begun:
+        only then does ImGui know whether a button was pressed over a panel."""
         press = self._press
         if press is None:
             return
@@ -300,8 +299,8 @@ class Window(moderngl_window.WindowConfig):
         """Run the actions of keys that do not go to a panel.
 
         Call this after the frame has begun. In a slow frame, a click into a text field and the
-        typed text arrive together. ImGui knows only after the frame has begun that the text
-        belongs to the field.
+        typed text arrive together, and only then does ImGui know that the text belongs to the
+        field.
         """
         keys, link, viewer = self.wnd.keys, self.link, self.viewer
         self._held = set()

@@ -1,4 +1,4 @@
-"""About: the manual of a method, which is the comment at the head of the method's program."""
+"""About: the manual of a method, which is the comment at the head of its program."""
 from __future__ import annotations
 
 import re

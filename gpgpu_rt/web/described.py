@@ -3,7 +3,7 @@
 The host draws a picture of test rays and observes the passes. Equal passes have the same program,
 inputs and target. The description names the passes before the first repetition, and the passes of
 a cycle, which the page's script (passes.js) repeats until no ray is alive. A cycle consists of
-turns, each of which begins with the cycle's first program. A cycle has several turns if successive
+turns, each of which begins with the cycle's first program. Several turns are needed if successive
 turns write to different targets.
 """
 from __future__ import annotations
@@ -26,8 +26,8 @@ from .page_data import NotInBrowser, PageData
 from .structure import structure_of
 
 EYE = "drivers/eye_rays.frag"
-# Passes that mark and count rays. The player, which is the page's script (player.js and
-# passes.js), counts by a program of its own instead.
+# Passes that mark and count rays. The player, the page's script (player.js and passes.js), counts
+# by its own program.
 COUNTING = ("drivers/mask.frag", "drivers/classify.frag", "drivers/tile_counts.frag")
 PUSH = "drivers/push.frag"
 PACKET_HITS = "drivers/packet_hits.frag"
@@ -100,7 +100,7 @@ class Described:
         self._start = self._end(once) if self._cycles else {"states": place[0], "hits": place}
 
     def _by_kernel(self, rest: Sequence[ObservedPass]) -> list[dict[str, Any]]:
-        """Return a cycle for each kernel: the first passes that run this kernel."""
+        """Return a cycle for each kernel: the first passes that run it."""
         segments: list[list[ObservedPass]] = [[]]
         for one in rest:
             if one.name in COUNTING:
@@ -131,8 +131,7 @@ class Described:
         return {"states": states, "hits": [hits, self._hits[hits]]}
 
     def _sampled_as(self, passes: Sequence[ObservedPass], sampler: str) -> dict[int, int]:
-        """Return the targets that passes read through a sampler: target -> the output that is
-        read."""
+        """Return the targets that passes read through a sampler: target -> the read output."""
         return dict(self._places[one.inputs[sampler].glo] for one in passes
                     if sampler in one.inputs and one.inputs[sampler].glo in self._places)
 
@@ -169,7 +168,7 @@ class Described:
                 inputs[sampler] = f"table:{self._tables.texture(texture)}"
             else:
                 raise NotInBrowser(f"neither a pass nor a table provides {sampler}")
-        # The printed form is shorter, computes the same bits, and is shown to the page's reader.
+        # The printed form computes the same bits, and the page's reader sees it.
         sized, fragment = self._sized(one), program_text(self._printed[one.texts[1]])
         if self._packets:
             fragment = without_do(fragment)
@@ -184,8 +183,8 @@ class Described:
 
     def _sized(self, one: ObservedPass) -> dict[str, list[Any]]:
         """Return the uniforms that depend on the number of rays: name -> [target, size]. ``size``
-        is "rays" for the size of the ray textures, "tile" for the size of a tile of the target, or
-        "across" for the target's number of tiles in a row."""
+        is "rays" for the ray textures' size, "tile" for a tile's size, or "across" for the
+        target's number of tiles in a row."""
         kinds = {"ray_texture_size": "rays", "tile_size": "tile", "tiles_a_row": "across"}
         atlas = next((k for k, target in enumerate(self._targets) if "levels" in target), 0)
         return {name: [atlas if name.startswith("tile") else 0, kind]
@@ -227,8 +226,8 @@ def _key(one: ObservedPass) -> tuple[Any, ...]:
 
 
 def _cycle(passes: list[ObservedPass]) -> tuple[list[ObservedPass], list[ObservedPass]]:
-    """Return two lists: the passes before the first pass that is repeated, and the passes from
-    there up to its repetition."""
+    """Return the passes before the first repeated pass, and the passes from there up to its
+    repetition."""
     keys = [_key(one) for one in passes]
     first = next((k for k, key in enumerate(keys) if key in keys[k + 1:]), None)
     if first is None:

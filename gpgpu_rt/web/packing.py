@@ -1,8 +1,8 @@
 """Packing: float32 tables as short texts, from which the page recovers the same bits.
 
-A table is cut into columns, a column for each component of each texel of its record. Every number
-is predicted, and the differences from the prediction are stored byte plane by byte plane: bytes of
-equal rank resemble each other, so they compress well. `unpack.js` reverses these steps.
+A table is cut into columns, one for each component of each texel of its record. Every number is
+predicted, and the differences are stored byte plane by byte plane: bytes of equal rank resemble
+each other, so they compress well. `unpack.js` reverses these steps.
 """
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-# A number is predicted as 0, as the number before it, as the number of its row, or as one more
-# than the largest number before it.
+# The predictions of a number: 0, the number before it, the number of its row, or one more than the
+# largest number before it.
 PREDICTIONS = ("none", "previous", "row", "fresh")
 MOST_TEXELS = 4     # records with up to this number of texels get a column for each component
 SAMPLE = 1 << 13    # rows from which the prediction of a column is chosen
-# The values 0, 1, 2, ... of a key column divide the rows of another column into classes. This is
-# the number of the last class, which holds all larger values too.
+# The values 0, 1, 2, ... of a key column divide the rows of another column into classes. The last
+# class has this number, and holds all larger values too.
 CLASSES = 3
 
 
