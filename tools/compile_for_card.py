@@ -19,9 +19,9 @@ from ctypes import POINTER, byref, c_char_p, c_float, c_int, c_ubyte, c_uint, c_
 from pathlib import Path
 from typing import Any
 
-# Card -> the DRM shim of the card's family, which is a library that stands in for the kernel's
-# graphics driver; and the environment variables that choose the chip and (for nv40) make the
-# driver print the program.
+# Card -> the DRM shim of the card's family (a library that stands in for the kernel's graphics
+# driver), and the environment variables that choose the chip and (for nv40) make the driver print
+# the program.
 CARDS: dict[str, tuple[str, dict[str, str]]] = {
     "r300": ("radeon", {"RADEON_GPU_ID": "0x4E44"}),
     "r420": ("radeon", {"RADEON_GPU_ID": "0x4A49"}),

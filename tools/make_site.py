@@ -1,7 +1,7 @@
 """Builds the documentation site from the pages of the project: `make docs`.
 
-The pages are copied to a temporary folder, where the generated parts of docs/reference are filled
-in. Sphinx then makes the site. A warning of Sphinx, such as a link without a target, is an error.
+The pages are copied to a temporary folder, with the generated parts of docs/reference. Sphinx then
+makes the site. A warning of Sphinx, such as a link without a target, is an error.
 """
 from __future__ import annotations
 

@@ -3,9 +3,9 @@
     python tools/mutate_files.py KIND COUNT [SEED]     # KIND: mesh, material, ..., or all
     python tools/mutate_files.py KIND 1 SEED --keep FOLDER     # write the files of a case there
 
-A case is a small set of files of one kind, with random changes. It depends only on its kind and
-its seed. Cases run in a worker process with limits on memory and time. A case that takes too long
-is reported. If a case kills its worker or hangs, the case is reported and a new worker continues.
+A case is a small set of files of one kind, with random changes that depend only on its kind and
+seed. Cases run in a worker process with limits on memory and time. A case that takes too long,
+hangs or kills its worker is reported, and a new worker continues if needed.
 """
 from __future__ import annotations
 
@@ -72,8 +72,8 @@ def _alarm(seconds: int) -> Iterator[None]:
 
 
 def _work(pipe: Connection, kind: str, first: int, last: int) -> None:
-    """Run the cases of some seeds. After each case send its result and seconds, and the worker's
-    peak memory so far."""
+    """Run the cases of some seeds. After each case, send its result and seconds, and the peak
+    memory."""
     os.environ["GPGPU_RT_CACHE"] = ""
     from mutating.file_kinds import cornell
     cornell()       # before the limit is set, because the renderer's own memory does not count

@@ -34,9 +34,8 @@ _TGSI = re.compile(r"^ *\d+: +(?P<op>\w+) ?(?P<rest>.*)$", re.M)
 _TEMP = re.compile(r"TEMP\[(\d+)\]")
 _INPUT = re.compile(r"\bIN\[\d+\]")
 _CONSTANT = re.compile(r"(?:CONST\[0\]|IMM)\[\d+\]")
-# Number of instructions that NV40's driver emits for a TGSI operation (nvfx_fragprog.c). All other
-# operations take one instruction. NV40 selects by condition codes: CMP sets the codes and then
-# moves each of its two values.
+# Number of instructions, if not one, that NV40's driver emits for a TGSI operation
+# (nvfx_fragprog.c). CMP sets NV40's condition codes and then moves each of its two values.
 _INSTRUCTIONS = {"CMP": 3, "SSG": 3, "POW": 3, "TRUNC": 4, "CEIL": 2, "DP2": 2, "IF": 2,
                  "KILL_IF": 2, "LRP": 2, "RSQ": 2, "ELSE": 0, "ENDIF": 0, "ENDLOOP": 0}
 
@@ -72,9 +71,9 @@ def _pairs(said: str) -> str:
 def _operations(said: str) -> dict[str, Any]:
     """Return the counts of a program from its listing, which Mesa prints as TGSI.
 
-    The entry ``arithmetic`` is the number of instructions that NV40's driver emits for the
-    operations, without the fetches. The driver never joins two operations in an instruction,
-    although the card can issue operations on different components together.
+    ``arithmetic`` is the number of instructions that NV40's driver emits for the operations,
+    without fetches. The card can issue operations on different components together, but the driver
+    never joins operations.
     """
     listing = said[said.index("FRAG"):].split("\n\n")[0].strip("\n")
     operations = [match for match in _TGSI.finditer(listing) if match["op"] != "END"]
@@ -98,8 +97,8 @@ def _operations(said: str) -> dict[str, Any]:
 def _nv40_instructions(operation: str, operands: str) -> int:
     """Return the number of instructions that NV40's driver emits for an operation.
 
-    An NV40 instruction reads a single constant and a single input. The driver first copies each
-    further constant or input to a register.
+    An NV40 instruction reads a single constant and a single input; the driver first copies others
+    to registers.
     """
     sources = operands.split(", ")[1:]
     copies = 0

@@ -14,8 +14,7 @@ from PIL import Image
 
 WIDTH = 1200        # pixels of the figures, at most
 TOUR = Path(__file__).parents[1] / "docs" / "tour"
-# Each picture, and the file that a command of its page writes. A picture's name begins with the
-# number of its page.
+# Each picture, with the number of its page, and the file that a command of this page writes.
 PICTURES = {
     "1-brute-force.gif": "brute/passes.gif",
     "1-pass-30.png": "brute/pass_0030.png",

@@ -6,13 +6,13 @@ const MOST_BOXES = 300;     // older boxes are left out
 const spaceView = {yaw: 0.6, pitch: 0.3};
 let wires = null;
 
-// Decodes the edges. The corners of triangles are stored as integers from 0 to 4095 across the scene's box.
+// Decodes the edges. Corners of triangles are integers from 0 to 4095 across the scene's box.
 async function loadWires() {
     const {lo, hi, data} = page.wires, found = await values(data);
     wires = {lo, hi, corners: found.map((x, k) => lo[k % 3] + x / 4095 * (hi[k % 3] - lo[k % 3]))};
 }
 
-// A picture of the scene's edges alone. It is drawn again if the view has turned.
+// A picture of the scene's edges alone, drawn again if the view has turned.
 const edges = {canvas: document.createElement("canvas"), view: ""};
 function sceneEdges() {
     const view = JSON.stringify(spaceView);
@@ -31,8 +31,7 @@ function sceneEdges() {
     return edges.canvas;
 }
 
-// Returns the functions that draw a segment between two points, a dot, and a text above points, as seen from the
-// present view.
+// Returns the functions that draw a segment between two points, a dot, and a text above points, in the present view.
 function projector(context) {
     const {lo, hi} = wires, centre = lo.map((x, k) => (x + hi[k]) / 2);
     const radius = Math.hypot(...hi.map((x, k) => x - lo[k])) / 2 || 1, up = unit(page.camera.up);

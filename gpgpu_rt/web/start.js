@@ -2,8 +2,8 @@
 
 let dragging = false, listens = false;
 
-// Calls `turned` with each movement (dx, dy) of a drag on an element, and `ended` after the drag. Calls `clicked` after
-// a press without a drag.
+// Calls `turned` with each movement (dx, dy) of a drag on an element, `ended` after the drag, and `clicked` after a
+// press without a drag.
 function onDrag(one, turned, clicked, ended) {
     let from = null, moved = false, pressed = null;     // the place, and the pointer that is pressed
     one.addEventListener("pointerdown", (event) => {
@@ -121,8 +121,8 @@ async function restore() {
     await begin();
 }
 
-// Draws the first picture, and only then makes what the picture does not need. Throws a LostContext; the page then
-// begins anew after the context is restored.
+// Draws the first picture, and then makes what the picture does not need. Throws a LostContext; the page begins anew
+// after the context is restored.
 async function begin() {
     const check = watched();
     announceTest();
@@ -146,7 +146,7 @@ async function begin() {
     await selfTest(idle);
 }
 
-// Tells the reader what failed. If the context is lost, the listeners of its events have told the reader already.
+// Tells the reader what failed, unless the context is lost: its listeners have told that already.
 function reportProblem(problem) {
     if (!(problem instanceof LostContext)) fail(problem.message);
 }

@@ -1,7 +1,7 @@
 """Logs: silence Dask's log while workers are in use.
 
-When workers are interrupted or lost, this program prints its own message. Without this module, a
-traceback of Dask would follow.
+When workers are interrupted or lost, this program prints its own message; a traceback of Dask
+would follow otherwise.
 """
 from __future__ import annotations
 

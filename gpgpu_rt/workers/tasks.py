@@ -25,8 +25,7 @@ Options = tuple[tuple[str, Any], ...]
 # Cache files by name. A name is the digest of the triangles, the builder and the build's options.
 Structures = Mapping[str, bytes]
 
-# Only one thread of a worker at a time uses its tracers, because the tracers share one OpenGL
-# context.
+# Locks the tracers of a worker, which share one OpenGL context.
 _turn = threading.RLock()
 # Each tracer, with the cache files that it was built from.
 _tracers: OrderedDict[tuple[str, str, Options], tuple[Tracer, list[Path]]] = OrderedDict()
@@ -34,7 +33,7 @@ _tracers: OrderedDict[tuple[str, str, Options], tuple[Tracer, list[Path]]] = Ord
 
 def received(value: Any) -> Any:
     """Return ``value``, a scene or a motion that was sent to this worker. Other tasks get the
-    future of this task as an argument, so the value is sent only once."""
+    future of this task as an argument."""
     return value
 
 
@@ -93,8 +92,7 @@ def draw(scene: Scene, built: Structures, digest: str, method: str, options: Opt
 def draw_frame(scene: Scene, built: Structures, digest: str, method: str, options: Options,
                motion: Callable[[int], np.ndarray], drawing: Mapping[str, Any],
                frame: int) -> np.ndarray:
-    """Return the picture of a frame, (height, width, 3) uint8. The tracer's triangles are first
-    moved to this frame."""
+    """Move the tracer's triangles to a frame, and return its picture, (height, width, 3) uint8."""
     with tracer_of(scene, built, f"{digest}, moving", method, options) as tracer:
         tracer.update(motion(frame))
         return np.asarray(tracer.render(**drawing))

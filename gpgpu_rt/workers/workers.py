@@ -29,9 +29,8 @@ from .local import local_cluster
 LOCAL = "local"
 MOST_KEPT = 16      # number of scenes and structures that stay in the workers' memory
 PART = 1 << 16      # smallest number of rays in a part, approximately
-# The number of image rows in each part, except the last part, is a multiple of ROWS. Packets are
-# tiles of the image. ROWS is a multiple of the height of packets, so the packets of a part are
-# packets of the whole image.
+# The number of image rows in each part but the last is a multiple of ROWS, and so of the height of
+# packets: the packets of a part are packets of the whole image.
 ROWS = 8
 PATIENCE = "10s"    # time to wait for a scheduler's answer, and for its first worker
 TILE = 128          # side in pixels of the tiles that workers draw
@@ -61,10 +60,9 @@ class Workers:
 
     Notes
     -----
-    A scene is sent once. A structure is built once and sent as cache files. A digest of the scene
-    identifies a scene, and a digest of the build's inputs identifies a structure. If a worker is
-    killed, other workers run its tasks. Local processes start by "spawn", so a script that opens
-    them needs ``if __name__ == "__main__":``. Opening local processes sets Dask's
+    A scene is sent once. A structure is built once and sent as cache files. Both are identified by
+    digests. If a worker is killed, other workers run its tasks. Local processes start by "spawn",
+    so a script that opens them needs ``if __name__ == "__main__":``. Opening them sets Dask's
     ``distributed.deploy.lost-worker-timeout`` in this process.
     """
 
@@ -127,7 +125,7 @@ class Workers:
         return self._client
 
     def processes(self) -> list[int]:
-        """Return the present ids of the local processes. A killed process restarts with a new
+        """Return the present ids of the local processes; a killed process restarts with a new
         id."""
         nannies = self._cluster.workers.values() if self._cluster is not None else ()
         return [nanny.pid for nanny in nannies if nanny.pid]
@@ -268,8 +266,8 @@ class Workers:
         frames : Numbers of the frames.
         method, options : As for ``trace``.
         progress : Called with the number of finished frames and of all frames.
-        drawing : Arguments of ``Tracer.render``. Without a camera, the moving camera of the
-            animation is followed.
+        drawing : Arguments of ``Tracer.render``. The default camera is the animation's moving
+            camera.
         """
         animation = load_animation(animation) if isinstance(animation, str) else animation
         shared = *self.shared(animation.scene, method, options), self.sent(animation.vertices)
@@ -278,10 +276,8 @@ class Workers:
             yield frames[at], drawn
 
     def renderers(self) -> list[str]:
-        """Return the names of the workers' renderers.
-
-        With more than one renderer, parts of a picture may differ in the last bit.
-        """
+        """Return the names of the workers' renderers. Parts of a picture from different renderers
+        may differ in the last bit."""
         with _in_a_line():
             return sorted(set(self.client.run(tasks.renderer).values()))
 
@@ -315,11 +311,8 @@ class Workers:
 
     def shared(self, scene: Scene | str, method: str,
                options: Mapping[str, Any]) -> tuple[Any, ...]:
-        """Return the first arguments of all tasks that trace.
-
-        They are the scene and its structures (both futures), the scene's digest, the method and
-        its options.
-        """
+        """Return the first arguments of all tasks that trace: the scene and its structures (both
+        futures), the scene's digest, the method and its options."""
         scene, row = load_scene(scene), find_method(method)
         if row.resolved(options).get("workers", 1) > 1:
             raise OptionError("a Dask worker cannot start processes for a build; leave the option "
@@ -340,7 +333,7 @@ class Workers:
             tasks.received, value, key=f"sent-{content}-{uuid.uuid4().hex}"))
 
     def _kept(self, key: tuple[Any, ...], submit: Callable[[], Any]) -> Any:
-        """Return a key's future, or submit it if it is missing or failed. Drop old futures."""
+        """Return a key's future. Submit it if it is missing or failed, and drop old futures."""
         if key not in self._futures or self._futures[key].status not in ("pending", "finished"):
             self._futures[key] = submit()
         self._futures.move_to_end(key)
@@ -358,7 +351,7 @@ class Workers:
             processes = self.processes()
             try:
                 self._cluster.close()
-            except TimeoutError:    # on a busy machine a process can end later than Dask waits
+            except TimeoutError:    # on a busy machine, Dask gives up early
                 for process in processes:
                     with contextlib.suppress(ProcessLookupError):
                         os.kill(process, getattr(signal, "SIGKILL", signal.SIGTERM))
@@ -383,8 +376,7 @@ def check_parts(drawing: Mapping[str, Any]) -> None:
 
 @contextlib.contextmanager
 def _in_a_line() -> Iterator[None]:
-    """Return a context that turns Dask's own exceptions into an Error whose message is a single
-    line."""
+    """Return a context that turns Dask's exceptions into an Error with a single line."""
     import distributed
     try:
         yield

@@ -8,8 +8,8 @@ from typing import Any
 
 from .markdown import code, plain, table
 
-# The documented modules, each with the heading of its table. The names are those of __all__. A
-# module without __all__ gives the public names that it defines.
+# The documented modules, each with the heading of its table. The names are those of __all__, or
+# the public names that the module defines.
 MODULES = {
     "gpgpu_rt": "gpgpu_rt, usually imported as rt",
     "gpgpu_rt.reference": "gpgpu_rt.reference: exact answers",

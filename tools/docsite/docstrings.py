@@ -1,7 +1,7 @@
 """Converts the project's docstrings to reStructuredText, which Sphinx reads.
 
-The docstrings have numpy's sections. In the sections Parameters and Attributes, a line
-``name : meaning`` begins an entry.
+The docstrings have numpy's sections. In Parameters and Attributes, ``name : meaning`` begins an
+entry.
 """
 from __future__ import annotations
 

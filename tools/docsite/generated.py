@@ -1,5 +1,4 @@
-"""Generates parts of the reference: the texts that replace marks in pages, and the pages of the
-API."""
+"""Generates parts of the reference: the texts that replace marks in pages, and the API's pages."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator

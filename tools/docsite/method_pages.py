@@ -33,8 +33,8 @@ def _section(row: Method) -> str:
 
 
 def default_of(option) -> str:
-    """Returns the table cell of an option's default. It is empty for the default None, which the
-    option's meaning explains."""
+    """Returns the table cell of an option's default; empty for None, which the option's meaning
+    explains."""
     if option.default is None:
         return ""
     return code("no" if option.default is False else "yes" if option.default is True

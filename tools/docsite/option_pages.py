@@ -31,7 +31,7 @@ def _owned(options: Variants, owner: str) -> str:
 
 
 def _limits(option: Option) -> str:
-    """Returns the bounds of an option's number, the schedules and options that the option needs or
+    """Returns the bounds of an option's number, the schedules and options that it needs or
     excludes, and its values that may lose hits."""
     found = []
     if option.minimum is not None:

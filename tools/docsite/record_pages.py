@@ -33,7 +33,7 @@ def _modules() -> Iterator[tuple[str, dict[str, Record]]]:
     """Yields each module that declares records, and its records by their names in Python."""
     paths = [path for path in _PACKAGE.rglob("*.py")
              if path.name in ("records.py", "triangle_table.py")]
-    # A family's records may be variants of shared records, which therefore come first.
+    # Shared records come first, because a family's records may be their variants.
     for path in sorted(paths, key=lambda path: ("methods" in path.parts, path)):
         parts = path.relative_to(_PACKAGE).with_suffix("").parts
         module = importlib.import_module(".".join(("gpgpu_rt", *parts)))

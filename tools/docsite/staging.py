@@ -16,8 +16,8 @@ _ITEM = re.compile(r"^[-*] \[[^\]]*\]\(([^)#]+)\.md\)", re.M)
 def stage(folder: Path) -> None:
     """Copies all pages and pictures of docs/, README and CONTRIBUTING to a new folder.
 
-    README and docs/index.md become the site's first page. A comment ``<!-- generated: NAME -->``
-    is replaced by the generated text NAME.
+    README and docs/index.md become the site's first page. The generated text NAME replaces a
+    comment ``<!-- generated: NAME -->``.
     """
     def keep(target: Path) -> str:
         place = folder / "files" / target.relative_to(ROOT)
@@ -62,8 +62,8 @@ def _in_order(name: str) -> tuple[int, str]:
 
 
 def _sidebar(index: Path) -> str:
-    """Returns a list of pages for each heading of docs/index.md, and for each folder of chapters
-    that exists."""
+    """Returns a list of pages for each heading of docs/index.md and for each folder of
+    chapters."""
     found = "".join(_toctree(title.capitalize(), [f"{title}/index"]) for title in CHAPTERS
                     if (DOCS / title / "index.md").exists())
     for section in index.read_text(encoding="utf-8").split("\n## ")[1:]:

@@ -1,5 +1,4 @@
-"""File kinds: valid examples of the files that the program reads, and the functions that read
-them."""
+"""File kinds: valid examples of the files that the program reads, and functions that read them."""
 from __future__ import annotations
 
 import contextlib
