@@ -104,7 +104,7 @@ class Statistics:
         return views.table("Statistics", self._facts())
 
     def _facts(self) -> views.Facts:
-        """Return the costs that most users ask for, and all other numbers that are not zero."""
+        """Return the usual costs, and all other numbers that are not zero."""
         by = f" by {self.method}" if self.method else ""
         shown = {"rays", "method", "passes", "trace_seconds", "build_seconds", "counters"}
         rest = [(name.replace("_", " "), f"{value:,}" if isinstance(value, int) else str(value))
@@ -121,7 +121,6 @@ class Statistics:
         return asdict(self)
 
     def start_call(self, rays: int) -> None:
-        """Reset the figures of the last call, and keep the costs of building and updating."""
         self.__dict__.update(Statistics(rays=rays, **self.of_structure()).__dict__)
 
     def add(self, **figures: float) -> None:
@@ -130,5 +129,5 @@ class Statistics:
             self.driver[name] = self.driver.get(name, 0.0) + value
 
     def of_structure(self) -> dict[str, Any]:
-        """Return the figures of the accelerator, which `start_call` keeps, by name."""
+        """Return the figures that `start_call` keeps."""
         return {name: getattr(self, name) for name in OF_STRUCTURE}

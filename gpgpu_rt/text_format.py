@@ -3,13 +3,13 @@ from __future__ import annotations
 
 
 def counted(number: int, thing: str) -> str:
-    """Return a count with its noun: ``1 pass``, ``1,281 passes``, ``2 rays``."""
+    """Return a count with its noun: ``1 pass``, ``1,281 passes``."""
     plural = thing + ("es" if thing.endswith(("s", "x", "ch", "sh")) else "s")
     return f"{number:,} {thing if number == 1 else plural}"
 
 
 def shortened(value: object) -> str:
-    """Return the text of a value in at most 80 characters; an int can have thousands of digits."""
+    """Return a value's text in at most 80 characters; an int can have thousands of digits."""
     try:
         words = repr(value)
     except ValueError:      # Python refuses to write so many digits

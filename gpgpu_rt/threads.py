@@ -15,7 +15,7 @@ Run = Callable[..., Iterable[Any]]    # `map`, or the `map` of a thread pool
 
 
 def cores() -> int:
-    """Return the number of processor cores that this process may use."""
+    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -45,8 +45,8 @@ def _begin() -> None:
 
 @lru_cache(maxsize=1)
 def _pool(size: int) -> ThreadPoolExecutor:
-    """Return the thread pool. The pool stays open, because starting its threads takes as long as
-    the work on a million hits."""
+    """Return the thread pool, which stays open: starting its threads takes as long as the work on
+    a million hits."""
     return ThreadPoolExecutor(size, initializer=_begin)
 
 

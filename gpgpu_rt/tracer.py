@@ -106,7 +106,7 @@ class Tracer:
 
     @property
     def session(self) -> Session:
-        """The accelerator, driver and textures of the method that the last call used."""
+        """The session of the last call: accelerator, driver and textures."""
         return self.sessions.present
 
     @property
@@ -121,7 +121,7 @@ class Tracer:
 
     @property
     def taken(self) -> str:
-        """The rays for which the last call's method was chosen: "coherent" or "incoherent"."""
+        """"coherent" or "incoherent", the rays for which the last call's method was chosen."""
         return self.sessions.chosen
 
     @property
@@ -131,7 +131,7 @@ class Tracer:
 
     @property
     def options(self) -> dict[str, Any]:
-        """Every option of the tracer and of the method, with its value."""
+        """Every option of the tracer and of the method."""
         return self.session.options
 
     @property
@@ -141,12 +141,12 @@ class Tracer:
 
     @property
     def scene(self) -> Scene:
-        """The scene, with its triangles at their present positions."""
+        """The scene with its present triangles."""
         return self.session.scene
 
     @property
     def accelerator(self) -> Accelerator:
-        """The arrays of the structure through which rays are traced."""
+        """The arrays of the structure."""
         return self.session.accelerator
 
     @property
@@ -283,7 +283,7 @@ class Tracer:
 
     @property
     def radiance(self) -> np.ndarray:
-        """The last picture by "path", (height, width, 3) float32, linear and not clipped."""
+        """The last picture by "path", (height, width, 3) float32, linear, not clipped."""
         return self.sessions.pictures.radiance
 
     def unfinished(self) -> Image.Image | None:
@@ -385,7 +385,7 @@ class Tracer:
         return views.table("Tracer", self.sessions.facts())
 
     def release(self) -> None:
-        """Free textures and programs; the tracer cannot be used afterwards."""
+        """Free textures and programs. The tracer cannot be used afterwards."""
         self.sessions.release()
 
     def __enter__(self) -> Tracer:

@@ -215,7 +215,6 @@ class RayMeshIntersector:
         return origins - self._moved, directions, tracer
 
     def _current(self) -> Tracer:
-        """Return the tracer of the mesh in its present state."""
         if self._process != os.getpid():    # an OpenGL context cannot be used after a fork
             self._forget()
         shape, faces = hash(self.mesh), hash(self.mesh.faces)
@@ -244,7 +243,7 @@ class RayMeshIntersector:
         self._process = os.getpid()
 
     def release(self) -> None:
-        """Free the textures and programs; the next query builds them again."""
+        """Free textures and programs; the next query builds them again."""
         if self._tracer is not None and self._process == os.getpid():
             self._tracer.release()
         self._tracer = None
@@ -279,7 +278,7 @@ def _kind(given: object) -> str:
 
 
 def _advice(given: object) -> str:
-    """Return the expression that makes a mesh of ``given``."""
+    """Return the expression that makes a mesh."""
     if isinstance(given, (str, os.PathLike)):
         return f"trimesh.load_mesh({os.fspath(given)!r})"
     return ("scene.to_mesh()" if isinstance(given, trimesh.Scene)
@@ -287,7 +286,7 @@ def _advice(given: object) -> str:
 
 
 def _rays_array(given: Any, name: str) -> np.ndarray:
-    """Return rays as an (n, 3) float64 array; an empty list becomes (0, 3)."""
+    """Return rays as an (n, 3) float64 array."""
     try:
         rays = np.asanyarray(given, np.float64)
     except (TypeError, ValueError):
@@ -349,7 +348,7 @@ def _places(blurred: np.ndarray, t: np.ndarray, sharp: np.ndarray) -> np.ndarray
 
 
 def _check_status(status: np.ndarray) -> None:
-    """Raise an error if rays were stopped, because these rays may have more or nearer hits."""
+    """Raise an error for stopped rays, which may have more or nearer hits."""
     stopped = int((status > 1).sum())
     if stopped:
         raise Error(f"{stopped} rays were stopped before their search ended; raise step_cap or "

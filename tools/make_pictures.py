@@ -31,7 +31,7 @@ FRAME_MS, LAST_MS = 90, 2500    # milliseconds for which a frame, and the last f
 
 
 def run(folder: Path, *words: str) -> None:
-    """Runs a command of gpgpu-rt, without any mesh of this machine, in a folder."""
+    """Runs a command of gpgpu-rt in a folder, without this machine's meshes."""
     print("gpgpu-rt", *words, flush=True)
     bare = {**os.environ, "GPGPU_RT_SCENES": "", "XDG_DATA_HOME": str(folder)}
     subprocess.run([sys.executable, "-m", "gpgpu_rt", *words], cwd=folder, check=True, env=bare,
@@ -68,7 +68,6 @@ def film(folder: Path, target: Path) -> None:
 
 
 def viewer(folder: Path, target: Path) -> None:
-    """Writes a part of the picture of the viewer's manual page, at most WIDTH pixels wide."""
     small(ROOT / "docs" / "viewer.png", target, VIEWER)
 
 
@@ -86,7 +85,7 @@ def figure(folder: Path, target: Path) -> None:
 
 
 def page(folder: Path, target: Path) -> None:
-    """Writes the drawing of a ray in the page that traces in a browser."""
+    """Writes the drawing of a ray in the page of a browser."""
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if chromium is None:
         print("SKIPPED: the picture of the page needs Chromium")

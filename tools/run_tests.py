@@ -21,8 +21,7 @@ NOT_HERE = 77      # exit status of tools/fresh_machine.sh if no fresh machine c
 
 
 def renderer_of(backend: str, **environment: str) -> str:
-    """Return the name of a backend's renderer, found in a separate process; "" without a
-    context."""
+    """Return a backend's renderer, or "" without a context."""
     probe = ("import sys; from gpgpu_rt.gl.context import open_gpu; "
              "print(open_gpu(sys.argv[1]).renderer)")
     answer = subprocess.run([sys.executable, "-c", probe, backend], capture_output=True,
@@ -31,7 +30,7 @@ def renderer_of(backend: str, **environment: str) -> str:
 
 
 def backends() -> dict[str, str]:
-    """Return the name of each backend's renderer; "" without a context."""
+    """Return the renderer of each backend, or "" without a context."""
     return {backend: renderer_of(backend) for backend in ("osmesa", "egl")}
 
 

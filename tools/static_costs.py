@@ -41,7 +41,7 @@ _INSTRUCTIONS = {"CMP": 3, "SSG": 3, "POW": 3, "TRUNC": 4, "CEIL": 2, "DP2": 2, 
 
 
 def cost_of(card: str, said: str, text: str) -> dict[str, Any]:
-    """Return the fields of a StaticCost from what the driver printed."""
+    """Return a StaticCost's fields from the driver's output."""
     found: dict[str, Any] = {"targets": len(set(re.findall(r"gl_FragData\[(\d)\]|TARGET\((\d)\)",
                                                            text)))}
     if refused := re.search(r"refused: (.*)", said):
@@ -62,7 +62,7 @@ def cost_of(card: str, said: str, text: str) -> dict[str, Any]:
 
 
 def _pairs(said: str) -> str:
-    """Return the pairs of vector and scalar operations that R300 to R580 execute."""
+    """Return the pairs of vector and scalar operations of R300 to R580."""
     last = said.rindex(_LAST_STEP) + len(_LAST_STEP)
     lines = itertools.takewhile(lambda line: line[:1] in ("#", " "), said[last:].splitlines())
     return "\n".join(line for line in lines if not line.startswith("#"))

@@ -35,7 +35,7 @@ ALLOWED = 1.3      # largest growth of the time, divided by the growth of log(tr
 
 
 def rough_ball(count: int) -> rt.Scene:
-    """Return the rough ball as ``count`` triangles; the surface is the same for every count."""
+    """Return the rough ball as ``count`` triangles, always the same surface."""
     triangles = ball(count)
     for height, wavelength in ((0.15, 0.5), (0.03, 0.1), (0.006, 0.02)):
         triangles = bump(triangles, height, wavelength)

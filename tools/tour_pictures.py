@@ -37,13 +37,12 @@ PICTURES = {
 
 
 def page_of(picture: str) -> Path:
-    """Return the page that shows a picture."""
     page, = TOUR.glob(f"{picture.partition('-')[0]}-*.md")
     return page
 
 
 def command_of(picture: str) -> str:
-    """Return the command of the picture's page that writes the picture."""
+    """Return the command of a page that writes a picture."""
     path = Path(PICTURES[picture])
     line = (rf"python -m gpgpu_rt\.figures --only {path.stem}" if path.parts[0] == "figures"
             else rf"gpgpu-rt .* -o {re.escape(path.parts[0])}")
@@ -52,7 +51,6 @@ def command_of(picture: str) -> str:
 
 
 def make(picture: str, folder: Path = TOUR) -> None:
-    """Make a picture and put it into ``folder``."""
     words = shlex.split(command_of(picture))
     words = words[1:] if words[0] == "python" else ["-m", "gpgpu_rt", *words[1:]]
     with tempfile.TemporaryDirectory() as made:

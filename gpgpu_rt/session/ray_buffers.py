@@ -46,11 +46,9 @@ class RayBuffers:
         return self.rays, self.states
 
     def bytes(self) -> int:
-        """Return the bytes of the textures."""
         return ((texture_bytes(self.rays.textures) if self.rays is not None else 0)
                 + (self.states.bytes() if self.states is not None else 0))
 
     def release(self) -> None:
-        """Free the textures."""
         release(self.rays, self.states)
         self.rays = self.states = None

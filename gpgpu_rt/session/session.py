@@ -70,17 +70,14 @@ class Session:
 
     @property
     def scene(self) -> Scene:
-        """The scene with its present triangles."""
         return self.structure.scene
 
     @property
     def accelerator(self) -> Accelerator:
-        """The accelerator that rays are traced through."""
         return self.structure.accelerator
 
     @property
     def tables(self) -> SceneTables:
-        """The accelerator's arrays as textures."""
         return self.structure.tables
 
     @property
@@ -95,7 +92,7 @@ class Session:
                 "rebuilt": self.rebuilt}
 
     def counting(self) -> Session:
-        """Return a session over the same structure with ``statistics=True``."""
+        """Return a session with ``statistics=True`` over the same structure."""
         counting = Session(self.gpu, self.method, {**self.options, "statistics": True},
                            self.scene, self.structure)
         counting.build_seconds, counting.refit_seconds = self.build_seconds, self.refit_seconds
@@ -166,7 +163,7 @@ class Session:
 
     def count(self, side: Target | PacketHits, statistics: Statistics,
               by_ray: ByRay = whole) -> dict[str, np.ndarray]:
-        """Return the counters of the rays by name, and put their means into the statistics."""
+        """Return the rays' counters by name, and put their means into the statistics."""
         counters = {**side.fields(COUNTERS.name, by_ray),
                     "steps": side.fields(self.method.state.name, by_ray)["steps"]}
         statistics.counters = {name: float(values.mean()) if len(values) else 0.0
@@ -201,7 +198,6 @@ class Session:
             self.refit_seconds = took
 
     def follow(self) -> None:
-        """Give the driver the structure's present tables."""
         self.driver.follow(self.tables.samplers(), self.accelerator, self.step_cap)
 
     def follow_eye(self, known: bool) -> None:
@@ -215,12 +211,11 @@ class Session:
     # Lifetime -------------------------------------------------------------------------------
 
     def bytes(self) -> int:
-        """Return the bytes of all textures."""
         return (sum(self.structure.table_bytes.values()) + self.buffers.bytes()
                 + self.driver.bytes() + self.eye_drivers.bytes())
 
     def release(self) -> None:
-        """Free textures and programs, but not a structure that the caller gave."""
+        """Free textures and programs, but not the caller's structure."""
         release(self.buffers, self.eye_drivers, self.driver)
         if not self._borrowed:
             self.structure.release()

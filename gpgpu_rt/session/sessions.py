@@ -60,12 +60,10 @@ class Sessions:
 
     @property
     def present(self) -> Session:
-        """The session that the last call used."""
         return self._sessions[self.chosen]
 
     @property
     def held(self) -> tuple[Session, ...]:
-        """All sessions that have been built."""
         return tuple(self._sessions.values())
 
     @property
@@ -82,7 +80,6 @@ class Sessions:
                          for rays, (_, options) in self.rows.items()))
 
     def facts(self) -> Facts:
-        """Return the scene, the methods with their changed options, and the renderer."""
         scene = self.present.scene
         found = [("scene", scene.title), ("size", counted(len(scene), "triangle"))]
         for rays, (method, options) in self.rows.items():
@@ -159,7 +156,7 @@ class Sessions:
 
     @contextmanager
     def counting(self) -> Iterator[None]:
-        """Within the block, the present session has statistics; see `Tracer.counting`."""
+        """See `Tracer.counting`."""
         if self.choices.differ:
             raise OptionError("counting needs a tracer with a single method, but this tracer has "
                               "two; make it with statistics=True, or with a single method")
@@ -177,7 +174,7 @@ class Sessions:
     # The present session --------------------------------------------------------------------
 
     def _kind_of(self, batch: RayBatch) -> str:
-        """Return COHERENT or INCOHERENT, or the present kind if the rays' kind is not known."""
+        """Return COHERENT or INCOHERENT, or the present kind if it is not known."""
         share = None
         if self.choices.differ:
             lo, hi = self.present.structure.bounds
@@ -187,8 +184,8 @@ class Sessions:
         return COHERENT if share >= COHERENT_SHARE else INCOHERENT
 
     def _choose(self, kind: str) -> Session:
-        """Make the session for rays of this kind the present session. If building or moving it
-        fails, the present session does not change."""
+        """Make the session for rays of this kind the present session, unless building or moving it
+        fails."""
         if kind == self.chosen or not self.choices.differ:
             return self.present
         before, session = self.present, self._sessions.get(kind)
@@ -202,12 +199,11 @@ class Sessions:
         return session
 
     def _note_costs(self) -> None:
-        """Write the costs of the present session's structure into the statistics."""
+        """Write the present session's costs into the statistics."""
         self.statistics.__dict__.update(
             self.present.costs(), choice=self.chosen if self.choices.differ else "")
 
     def release(self) -> None:
-        """Free all sessions and pictures."""
         with self.gpu:
             if not self._released:
                 self._released = True

@@ -71,7 +71,7 @@ class Structure:
 
     @property
     def shown(self) -> Scene:
-        """The scene that hits lie on: the scene itself, or a coarser level of its surface."""
+        """The scene that hits lie on: the scene, or a coarser level of its surface."""
         coarser = self.accelerator.shown
         return self.scene if coarser is None else replace(self.scene, triangles=coarser)
 
@@ -83,7 +83,6 @@ class Structure:
         return self.triangles if coarser is None else self.builder.stored(self.shown)
 
     def write(self, records: Tables, accelerator: Accelerator) -> None:
-        """Write the accelerator's tables of these records into textures."""
         self.tables.write(records, accelerator)
         accelerator.small_integers = self.tables.small_integers
         self.table_bytes.clear()
@@ -150,6 +149,5 @@ class Structure:
             self.write(self.method.tables_for(self.options), accelerator)
 
     def release(self) -> None:
-        """Free the textures."""
         release(self.accelerator.finisher)
         self.tables.keep(())

@@ -109,7 +109,7 @@ class DriverBase:
         return {}
 
     def program(self, key: Hashable, make: Callable[[], AnyPass]) -> AnyPass:
-        """Return the program of a key. ``make`` compiles it at the first request."""
+        """Return the program of a key, made at the first request."""
         found: Any = self.programs.get(key)
         if found is None:
             found = self.programs[key] = make()
@@ -118,7 +118,7 @@ class DriverBase:
 
     def keep(self, name: str, make: Callable[[], Part],
              fits: Callable[[Part], bool] = lambda part: True) -> Part:
-        """Return the part ``name``. If the part is missing or does not fit, make it anew."""
+        """Return the part ``name``, made anew if it is missing or does not fit."""
         part = self.kept.get(name)
         if part is None or not fits(part):
             self.drop(name)
@@ -131,25 +131,22 @@ class DriverBase:
 
     def draw(self, program: FullScreenPass, target: Drawable, samplers: Samplers,
              statistics: Statistics, kernel: str | None = None, **more: Any) -> None:
-        """Draw and count a full-screen pass. ``FullScreenPass.draw`` receives ``more``."""
+        """Draw and count a full-screen pass. ``more`` goes to ``FullScreenPass.draw``."""
         program.draw(target, samplers, **more)
         self.count_pass(statistics, kernel)
 
     @staticmethod
     def count_pass(statistics: Statistics, kernel: str | None = None) -> None:
-        """Count a pass of a single draw call. If ``kernel`` is given, count it for this kernel
-        too."""
+        """Count a pass of a single draw call, also for ``kernel`` if given."""
         statistics.passes += 1
         statistics.draw_calls += 1
         if kernel is not None:
             statistics.kernel_passes[kernel] = statistics.kernel_passes.get(kernel, 0) + 1
 
     def bytes(self) -> int:
-        """Return the bytes of the textures that the driver owns."""
         return bytes_of(self.kept)
 
     def release(self) -> None:
-        """Free programs and parts."""
         release(self.programs, self.kept)
         self.programs, self.kept = {}, {}
 
@@ -173,11 +170,9 @@ class MethodDriver(DriverBase):
             self.driver = self.kept["driver"] = driver
 
     def uniforms(self) -> Mapping[str, Any]:
-        """Return the uniforms of the accelerator, and the step cap."""
         return {**self.accelerator.uniforms, "step_cap": self.step_cap}
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved. Records and defines are unchanged."""
         self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
         for program in self.programs.values():
             program.set(**self.uniforms())
@@ -190,13 +185,12 @@ class MethodDriver(DriverBase):
 
     def count_phase(self, phase: int, states: Target, buffers: StateBuffers,
                     statistics: Statistics) -> int:
-        """Return the number of rays in a phase, by an occlusion query. UNFINISHED stands for every
-        stopped ray."""
+        """Return the number of rays in a phase. UNFINISHED stands for every stopped ray."""
         program = self.state_program("classify", self.method.state)
         program.set(phase=phase)
         self.gpu.context.enable_only(moderngl.NOTHING)
         return program.count(buffers.mask, states.samplers(), statistics, DRAWN)
 
     def count_stopped(self, final: Target, buffers: StateBuffers, statistics: Statistics) -> int:
-        """Return the number of rays that the step cap or a full stack stopped."""
+        """Return the number of stopped rays."""
         return self.count_phase(UNFINISHED, final, buffers, statistics)

@@ -52,7 +52,7 @@ class EraKernel:
     writes_hit: bool
 
     def source(self, dialect: str) -> Source:
-        """Return the text in a dialect: ``card`` or ``renderer``."""
+        """Return the text in a dialect."""
         return resolve(f"era/{dialect}.frag", self.defines, self.virtual)
 
 
@@ -113,7 +113,6 @@ class EraDriver(MethodDriver):
         self._repeat_tables()
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved. Records and defines are unchanged."""
         super().follow(samplers, accelerator, step_cap)
         self._repeat_tables()
 
@@ -124,7 +123,6 @@ class EraDriver(MethodDriver):
             texture.repeat_x = True
 
     def uniforms(self) -> Mapping[str, Any]:
-        """Return the uniforms of the accelerator and of the tables' accessors."""
         found = dict(super().uniforms())
         for record in self.method.tables_for(self.options):
             record = self.precision.layout(record)
@@ -147,7 +145,6 @@ class EraTraversal(EraDriver, Traversal):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray, as ``Traversal.run``."""
         self._buffers, self._choices = buffers, 0
         return super().run(self.generated(rays, statistics), buffers, statistics, any_hit)
 

@@ -69,7 +69,7 @@ def packet_kernels(method: Method, options: Mapping[str, Any],
 
 
 def packet_loop(method: Method, options: Mapping[str, Any], any_hit: bool = False) -> EraKernel:
-    """Return the whole program of a packet method. Parameters and errors as `packet_kernels`."""
+    """Return the whole program of a packet method; see `packet_kernels`."""
     era = _form(method, options)
     streams = "\n".join([era_accessors.far_stream_glsl(RAY_TEXELS),
                          era_accessors.streams_glsl((RAYS, era.state), (HITS,))])

@@ -34,7 +34,7 @@ class Tiles:
         self.everywhere()
 
     def everywhere(self) -> None:
-        """Choose every tile. A traversal begins with this call."""
+        """Choose every tile, to begin a traversal."""
         self._counts[:] = 1
         self.choose(None)
 
@@ -52,7 +52,7 @@ class Tiles:
         context.enable_only(moderngl.DEPTH_TEST)
 
     def choose(self, kernel: int | None) -> None:
-        """Choose the tiles with rays that wait for this kernel; None means any kernel."""
+        """Choose the tiles with rays that wait for this kernel, or with None, for any kernel."""
         counts = self._counts.sum(2) if kernel is None else self._counts[:, :, kernel - 1]
         # Write whole tiles; the target clips the last tile. The counts have a texel for each tile,
         # and the same rectangles are drawn over them: a cut tile could miss the centre of its

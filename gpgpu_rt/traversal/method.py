@@ -66,7 +66,7 @@ class Part:
     files: Mapping[Any, str]
 
     def file(self, options: Mapping[str, Any]) -> str:
-        """Return the file for these options. Without the option, return the plain file."""
+        """Return the file for these options."""
         value = options.get(self.option)
         return self.files.get(value, self.files.get(True, self.plain) if value else self.plain)
 
@@ -225,7 +225,7 @@ class Method:
         return self.form(self, {**{o.name: o.default for o in self.options}, **options})
 
     def _changed(self, options: Mapping[str, Any]) -> str:
-        """Return a clause that names the method's own options with changed values."""
+        """Return a clause with the method's own options that are not at their defaults."""
         changed = ", ".join(f"{o.name}={spell(options[o.name])}" for o in self.options
                             if options[o.name] != o.default)
         return f" with {changed}" if changed else ""
@@ -317,7 +317,7 @@ class Method:
 
 def nothing_kept(prepare: Callable[[np.ndarray, Mapping[str, Any]], Accelerator]
                  ) -> Callable[[Accelerator, np.ndarray, Mapping[str, Any]], Accelerator]:
-    """Return the ``refit`` of a method that keeps no structure: call ``prepare`` once more."""
+    """Return the ``refit`` of a method that keeps no structure."""
     return lambda accelerator, triangles, options: prepare(triangles, options)
 
 

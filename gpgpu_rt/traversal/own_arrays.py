@@ -33,7 +33,7 @@ def check_own_arrays(gpu: Gpu, method: Method, options: Mapping[str, Any]) -> No
 
 
 def _kept(gpu: Gpu) -> bool:
-    """Return whether each fragment of a small square reads back the numbers that it wrote."""
+    """Return whether fragments read back the numbers that they wrote."""
     with gpu:
         texture = make_texture(gpu, (SIDE, SIDE), TURNS, "numbers read back from local arrays")
         target = gpu.context.framebuffer([texture])

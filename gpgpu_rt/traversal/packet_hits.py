@@ -82,7 +82,6 @@ class PacketTargets:
         return image[:, :self.rays[1], :across].reshape(each, -1).T
 
     def bytes(self) -> int:
-        """Return the bytes of hits and counters."""
         return texture_bytes((*self.hits, *self.counters))
 
     def release(self) -> None:

@@ -42,7 +42,6 @@ class PacketSteps(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray. Return the hits and the number of rays that were stopped early."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         room = self._states_for(buffers.size)
         now, then = 0, 1
@@ -65,7 +64,6 @@ class PacketSteps(MethodDriver):
     def _visit(self, rays: RayTextures, room: PacketStates, source: Target | None,
                hits: Target | None, target: Target, any_hit: bool,
                statistics: Statistics) -> None:
-        """Draw the pass over the packets."""
         program = self._program("packet_visit", rays.record, any_hit, source is None)
         textures = {**self.samplers, **rays.samplers(), **(hits.samplers() if hits else {}),
                     **(_of_packets(source) if source else {})}
@@ -83,7 +81,6 @@ class PacketSteps(MethodDriver):
 
     def _intersect(self, rays: RayTextures, packets: Target, source: Target | None,
                    target: Target, any_hit: bool, statistics: Statistics) -> None:
-        """Draw the pass over the rays."""
         program = self._program("packet_intersect", rays.record, any_hit, source is None)
         program.set(ray_texture_size=rays.size, **rays.uniforms())
         self.draw(program, target, {
@@ -142,7 +139,6 @@ class PacketStates(PingPong):
                                     owner.precision, owner.phases)
 
     def bytes(self) -> int:
-        """Return the bytes of states and stacks."""
         return super().bytes() + (self.atlas.bytes() if self.atlas is not None else 0)
 
     def release(self) -> None:
@@ -151,5 +147,5 @@ class PacketStates(PingPong):
 
 
 def _of_packets(packets: Target) -> Samplers:
-    """Return the samplers of packets' records, by other names than those of the rays."""
+    """Return the samplers of packets' records, under other names than those of rays."""
     return {f"packet_{name}": texture for name, texture in packets.samplers().items()}

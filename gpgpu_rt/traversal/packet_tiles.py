@@ -45,13 +45,12 @@ class TilePass(PrimitivePass):
         self._places: moderngl.Buffer | None = None
 
     def covered(self, size: tuple[int, int]) -> np.ndarray:
-        """Return the positions, (k, 2) int, x and y, of the packets that the last draw covered."""
+        """Return the positions (x, y), (k, 2) int, of the packets of the last draw."""
         drawn, side = self._squares
         packets = drawn.repeat(side, 0).repeat(side, 1)
         return np.argwhere(packets[:size[1], :size[0]])[:, ::-1]
 
     def draw_on(self, squares: Squares, target: Target, samplers: Samplers) -> None:
-        """Draw all packets of every square that has packets to trace."""
         down, across = squares.some.shape
         places = np.argwhere(squares.some)[:, ::-1].astype(np.int32, order="C")
         if self._places is None or self._places.size < 8 * squares.some.size:

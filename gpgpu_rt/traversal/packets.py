@@ -45,13 +45,11 @@ class PacketTraversal(MethodDriver):
         self._tiles = PacketTiles(self.gpu, self.packet, self.options.get("entry_points"))
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved. Records and defines are unchanged."""
         super().follow(samplers, accelerator, step_cap)
         self.drop("single")     # made anew at its next use, for the moved triangles
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Trace every ray. Return the hits and the number of rays that were stopped early."""
         room = self._targets_for(buffers.size)
         self.gpu.context.enable_only(moderngl.NOTHING)
 
@@ -80,8 +78,8 @@ class PacketTraversal(MethodDriver):
 
     def _draw_packets(self, name: str, rays: RayTextures, room: PacketTargets,
                       statistics: Statistics, any_hit: bool, query: Any = nullcontext()) -> int:
-        """Trace the packets within an occlusion query. Return the number of traced packets.
-        Squares without a ray to trace are only filled with misses."""
+        """Trace the packets within an occlusion query, and return their number. Squares without a
+        ray to trace get misses."""
         # The pass that fills skipped squares writes floats; ``rows_alone`` needs integers, so skip
         # none.
         samplers = {**self.samplers, **rays.samplers()}
@@ -119,7 +117,7 @@ class PacketTraversal(MethodDriver):
 
     def _trace_singly(self, rays: RayTextures, now: Target, statistics: Statistics,
                       any_hit: bool) -> None:
-        """Trace the rays of unfinished packets as single rays. Write their hits into ``now``."""
+        """Trace the rays of unfinished packets as single rays, into ``now``."""
         single = self._single_traversal()
         single_rays, single_buffers = self.keep("single rays", lambda: (
             rays.like(rays.size),
@@ -159,18 +157,17 @@ class PacketTraversal(MethodDriver):
     # Programs and textures ------------------------------------------------------------------
 
     def _program(self, name: str, any_hit: bool, rays: Record) -> FullScreenPass:
-        """Return the full-screen program with this name. It reads the record ``rays``."""
+        """Return the full-screen program with this name, for the record ``rays``."""
         return self.program((name, any_hit, rays), lambda: FullScreenPass(
             self.gpu, *self._texts(name, any_hit, rays)))
 
     def _tile_pass(self, name: str, any_hit: bool, rays: Record) -> TilePass:
-        """Return the program with this name, as a pass over tiles."""
         return self.program(("tiles", name, any_hit, rays), lambda: TilePass(
             self.gpu, *self._texts(name, any_hit, rays)))
 
     def _texts(self, name: str, any_hit: bool,
                rays: Record) -> tuple[str, dict[str, object], dict[str, str]]:
-        """Return a fragment program's file, its defines, and the texts that it includes."""
+        """Return a fragment program's file, defines and included texts."""
         file = name.replace("_counters", "").replace("_unsettled", "")
         alone = any_hit or name == "packet_none"
         defines = {**self._defines(any_hit, alone), "SETTLED_ALONE": name == "packet"}
@@ -187,13 +184,12 @@ class PacketTraversal(MethodDriver):
                 "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(targets))}
 
     def _targets_text(self, alone: bool) -> str:
-        """Return the file that lays out hits, or only triangles (``alone``), in render targets."""
+        """Return the file that lays out hits, or only triangles (``alone``)."""
         layout = ("rows" if self.rows_alone else "hits" if not self.fours else
                   "triangles" if alone else "numbers")
         return f"file:drivers/targets_{layout}.glsl"
 
     def _virtual(self, name: str, rays: Record) -> dict[str, str]:
-        """Return the texts that a pass includes: its streams, the tables and the method."""
         layout = self.precision.layout
         written = [layout(self.method.state), layout(HIT)]
         written += [COUNTERS] if self.statistics_on else []
@@ -230,7 +226,6 @@ def packet_of(options: Mapping[str, Any]) -> tuple[int, int]:
 
 def packet_defines(method: Method, accelerator: Accelerator, options: Mapping[str, Any],
                    any_hit: bool) -> dict[str, object]:
-    """Return the defines of every program that works on packets."""
     width, height = packet_of(options)
     return {**method_defines(method, accelerator, options, any_hit),
             "PACKET_WIDTH": width, "PACKET_HEIGHT": height,

@@ -49,8 +49,7 @@ def kernel_depth(kernel: int) -> float:
 
 
 def mark_stopped(status: np.ndarray, phases: np.ndarray) -> None:
-    """Write the status codes of ``Hits`` for stopped rays into ``status``, (n,), by ``phases``,
-    (n,)."""
+    """Write the status codes of stopped rays, by their ``phases``."""
     status[phases == UNFINISHED] = hits.UNFINISHED
     status[phases == OVERFLOWN] = hits.STACK_OVERFLOW
 
@@ -74,7 +73,6 @@ class Traversal(MethodDriver):
     _overran = False    # whether a ray under `loop` did not end within one pass
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved. Records and defines must be unchanged."""
         super().follow(samplers, accelerator, step_cap)
         self._overran = False
 
@@ -204,7 +202,7 @@ class Traversal(MethodDriver):
                   rectangles=tiles and tiles.rectangles)
 
     def _push(self, now: Target, tiles: Tiles, statistics: Statistics) -> None:
-        """Push the entries of rays in phase PUSH into the atlas, if the method has an atlas."""
+        """Push the entries of rays in phase PUSH into the atlas, if any."""
         if self._atlas is not None:
             self._atlas.push(now.samplers(), tiles.rectangles)
             statistics.draw_calls += 1
@@ -229,7 +227,7 @@ class Traversal(MethodDriver):
 
     def _live(self, now: Target, buffers: StateBuffers,
               statistics: Statistics) -> tuple[int, int]:
-        """Return the number of unfinished rays, and the number of stopped rays."""
+        """Return the numbers of unfinished and of stopped rays."""
         rays = buffers.size[0] * buffers.size[1]
         done = self.count_phase(DONE, now, buffers, statistics)
         if done == rays:   # the usual case, which needs a single query
@@ -293,7 +291,6 @@ class Traversal(MethodDriver):
 
 def method_defines(method: Method, accelerator: Accelerator, options: Mapping[str, Any],
                    any_hit: bool) -> dict[str, object]:
-    """Return the defines of every program of a method."""
     return {**method.defines(options), **accelerator.defines, **Precision.of(options).defines(),
             "ANY_HIT": any_hit, "STATISTICS": bool(options["statistics"]),
             "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2, "SMALL_INTEGERS": accelerator.small_integers,

@@ -70,11 +70,9 @@ class StackAtlas:
         return self._where
 
     def samplers(self) -> Mapping[str, moderngl.Texture]:
-        """Return sampler name -> texture of the stack's levels."""
         return self.target.samplers()
 
     def bytes(self) -> int:
-        """Return the bytes of all levels."""
         return self.target.bytes()
 
     def release(self) -> None:

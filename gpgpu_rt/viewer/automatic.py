@@ -53,7 +53,7 @@ def _words_for_none(option: Option, tracer: Tracer) -> str:
 
 
 def _automatic(name: str, tracer: Tracer) -> Any:
-    """Return the value that the tracer uses for an option that is None; None if it is unknown."""
+    """Return the tracer's value for an option that is None; None if unknown."""
     session = tracer.session
     if name == "step_cap":
         return session.step_cap

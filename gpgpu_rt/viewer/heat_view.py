@@ -47,7 +47,7 @@ class HeatView:
 
     def measure(self, tracers: Sequence[Tracer], camera: Camera,
                 size: tuple[int, int]) -> list[Statistics]:
-        """Measure the maps for a camera. Return the statistics of each method's traversal."""
+        """Measure the maps. Return the statistics of each method's traversal."""
         found, costs = [], []
         for tracer in tracers:
             found.append(heat(tracer, self.what, self.size_of_one(size), camera))
@@ -59,7 +59,7 @@ class HeatView:
 
     def traced(self, method: str, options: Mapping[str, Any]
                ) -> list[tuple[str, dict[str, Any]]]:
-        """Return the method and the options of each map."""
+        """Return (method, options) of each map."""
         rows = [(method, dict(options))]
         if self.other is not None:
             rows.append((self.other, dict(options) if self.other == method
@@ -69,7 +69,7 @@ class HeatView:
         return [(name, {**chosen, "statistics": True}) for name, chosen in rows]
 
     def size_of_one(self, size: tuple[int, int]) -> tuple[int, int]:
-        """Return the (width, height) in pixels of each map in a picture of ``size``."""
+        """Return the (width, height) of each map in a picture of ``size``."""
         if self.other is not None and self.layout == LAYOUTS[1]:
             return max(1, size[0] // 2), size[1]
         return size
@@ -86,15 +86,13 @@ class HeatView:
         return np.concatenate([left[:, :at], right[:, at:]], axis=1)
 
     def with_scale(self, image: Image.Image) -> Image.Image:
-        """Return a picture of the maps with their scale below it."""
+        """Return a picture with the maps' scale below it."""
         return colours.stacked([image, self.scale(max(image.width, 200))])
 
     def scale(self, width: int) -> Image.Image:
-        """Return the picture of the maps' scale."""
         return scale_bar(self.maps, self.what, self.top, width)
 
     def titles(self) -> list[str]:
-        """Return a line of text for each map."""
         return [f"{one.title}: mean {one.summary()['mean']:.1f}, maximum "
                 f"{one.summary()['max']:.0f}" for one in self.maps]
 

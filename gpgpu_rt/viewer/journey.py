@@ -90,17 +90,17 @@ class Journey:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """The names of the fields of state and hit."""
+        """The fields of state and hit."""
         last = self.kept[-1]
         return (*last.state, *(f"hit {name}" for name in last.hit))
 
     def halfway(self) -> int:
-        """Return the index of the kept pass after which about half of the rays are live."""
+        """Return the index of the kept pass after which about half of the rays live."""
         live = np.array([one.live for one in self.kept])
         return int(np.abs(2 * live - live.max()).argmin())
 
     def values(self, index: int, field: str) -> np.ndarray:
-        """Return the values of a field after the pass ``kept[index]``, (n,) or (n, 3)."""
+        """Return a field after the pass ``kept[index]``, (n,) or (n, 3)."""
         one = self.kept[index]
         return one.hit[field[4:]] if field.startswith("hit ") else one.state[field]
 
@@ -132,7 +132,7 @@ class Journey:
         return shown
 
     def caption(self, index: int) -> str:
-        """Return a line with the kernel of a pass and the number of rays that it advanced."""
+        """Return a line about a pass: its kernel and the number of rays that it advanced."""
         one = self.kept[index]
         served = ", ".join(f"{count:,} {name}" for name, count in one.served.items()) or "none"
         kernel = "of each ray" if one.kernel == "all" else one.kernel
@@ -140,7 +140,7 @@ class Journey:
                 f"{served}; live rays: {one.live:,} of {self.size[0] * self.size[1]:,}")
 
     def ray_at(self, pixel: tuple[int, int], size: tuple[int, int]) -> int:
-        """Return the number of the ray at a pixel of a picture of ``size`` = (width, height)."""
+        """Return the number of the ray at a pixel of a picture of ``size``."""
         column, row = (int(np.clip(at * mine // of, 0, mine - 1))
                        for at, mine, of in zip(pixel, self.size, size))
         return row * self.size[0] + column

@@ -26,7 +26,6 @@ class Rect:
         return self.width, self.height
 
     def has(self, x: float, y: float) -> bool:
-        """Return whether a point lies in the rectangle."""
         return self.x <= x < self.x + self.width and self.y <= y < self.y + self.height
 
 

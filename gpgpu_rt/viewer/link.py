@@ -55,7 +55,7 @@ class Link:
     # Drawing --------------------------------------------------------------------------------
 
     def picture(self, name: str, pixels: np.ndarray, smooth: bool) -> imgui.ImTextureRef:
-        """Upload (h, w, 3) uint8 pixels, row 0 at the top, as the texture of this name."""
+        """Upload (h, w, 3) uint8 pixels, row 0 at the top, as a named texture."""
         size = pixels.shape[1::-1]
         texture = self._pictures.get(name)
         if texture is None or texture.size != size:
@@ -75,7 +75,6 @@ class Link:
         imgui.image(self.picture(name, pixels, smooth=False), imgui.ImVec2(*pixels.shape[1::-1]))
 
     def begin(self, seconds: float) -> None:
-        """Begin a frame."""
         self.io.display_size = imgui.ImVec2(*self.window.size)
         ratio = self.window.pixel_ratio
         self.io.display_framebuffer_scale = imgui.ImVec2(ratio, ratio)
@@ -108,7 +107,7 @@ class Link:
             context.enable_only(moderngl.NOTHING)
 
     def abandon(self) -> None:
-        """End an incomplete frame, if there is one, without drawing it."""
+        """End an incomplete frame, if any, without drawing it."""
         with suppress(Exception):
             imgui.end_frame()
 
@@ -132,7 +131,7 @@ class Link:
                                   first=command.idx_offset)
 
     def _make_room(self, vertices: int, indices: int) -> None:
-        """Ensure that the buffers have at least these sizes in bytes."""
+        """Make the buffers at least this large, in bytes."""
         if vertices <= self._room[0] and indices <= self._room[1]:
             return
         if any(self._room):
@@ -146,7 +145,7 @@ class Link:
             index_buffer=self._indices, index_element_size=imgui.INDEX_SIZE)
 
     def _follow(self, wanted: imgui.ImTextureData) -> None:
-        """Create, update or destroy one of ImGui's own textures, as ImGui asks."""
+        """Create, update or destroy a texture of ImGui, as ImGui asks."""
         status = imgui.ImTextureStatus
         if wanted.status == status.want_destroy:
             texture = self._textures.pop(wanted.tex_id, None)
@@ -184,7 +183,6 @@ class Link:
             self.io.add_key_event(self._keys[key], down)
 
     def let_go(self) -> None:
-        """Release all keys."""
         self.io.clear_input_keys()
 
     def text(self, character: str) -> None:
@@ -193,7 +191,6 @@ class Link:
 
     @property
     def has_mouse(self) -> bool:
-        """Whether the mouse is over a panel."""
         return bool(self.io.want_capture_mouse)
 
     # The following properties are valid only after `begin`. ImGui processes clicks and keys in
@@ -202,24 +199,22 @@ class Link:
 
     @property
     def has_keys(self) -> bool:
-        """Whether keys go to a panel, because the user types text or a drop-down list is open."""
+        """Whether keys go to a panel: the user types text, or a list is open."""
         return bool(self.io.want_text_input) or self.has_popup
 
     @property
     def has_popup(self) -> bool:
-        """Whether a drop-down list is open."""
         return imgui.is_popup_open("", ANY_POPUP)
 
     @staticmethod
     def close_popup() -> None:
-        """Close the open drop-down list without a choice."""
+        """Close the open drop-down list."""
         imgui.internal.close_popup_to_level(0, True)
 
     def pressed(self, key: int, repeat: bool = False) -> bool:
-        """Return whether a key was pressed in this frame. With ``repeat``, a key that is held down
-        counts as pressed again from time to time."""
+        """Return whether a key was pressed in this frame. With ``repeat``, a key that is down
+        counts again from time to time."""
         return imgui.is_key_pressed(self._keys[key], repeat)
 
     def held(self, key: int) -> bool:
-        """Return whether a key is down."""
         return imgui.is_key_down(self._keys[key])

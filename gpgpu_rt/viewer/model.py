@@ -108,7 +108,6 @@ class Viewer:
 
     @camera.setter
     def camera(self, camera: Camera) -> None:
-        """Change the camera."""
         if camera == self._camera:
             return
         self._camera, self._moved_at, self._moved = camera, self.clock(), True
@@ -116,14 +115,13 @@ class Viewer:
 
     @property
     def view(self) -> Camera:
-        """The camera that draws: ``camera`` fitted to the picture's shape, with short numbers."""
+        """The camera that draws: ``camera``, fitted to the picture, with short numbers."""
         asked = self._camera, self.size, self.scene.camera
         if self._view[0] != asked:
             self._view = asked, rounded(fitted(self._camera, self.size), *asked[1:])
         return self._view[1]
 
     def reset_camera(self) -> None:
-        """Restore the first camera of the scene."""
         self.camera = self._home
 
     def choose(self, selection: Selection) -> None:
@@ -133,7 +131,7 @@ class Viewer:
             self._wanted, self.message = selection, ""
 
     def open(self, source: str | os.PathLike[str]) -> None:
-        """Change the scene to a named scene, or to a file that was dropped on the window."""
+        """Change the scene to a named scene, or to a file."""
         self.choose(replace(self.selection, scene=os.fspath(source)))
 
     def resize(self, size: tuple[int, int]) -> None:
@@ -144,15 +142,14 @@ class Viewer:
             self._outdated()
 
     def look_at(self, mode: str) -> None:
-        """Change the mode to another of MODES."""
+        """Change the mode, one of MODES."""
         if mode != self.mode:
             self.mode, self.message, self._opening = mode, "", True
             self.pace.forget()
             self._outdated()
 
     def change_heat(self, **changes: Any) -> None:
-        """Change attributes of the heat view. A change of ``wipe`` alone needs no new
-        measurement."""
+        """Change attributes of the heat view. ``wipe`` alone needs no new measurement."""
         before = self.heat
         self.heat = replace(before, **changes)
         if replace(before, wipe=self.heat.wipe) != self.heat:
@@ -176,15 +173,15 @@ class Viewer:
         self._insist, self.failed = True, ""
 
     def follow(self, pixel: tuple[int, int]) -> None:
-        """Trace only the ray through a pixel of the finest picture, and store its path in
-        ``path``, in the second call of `step` from now (see `choose`)."""
+        """Trace only a pixel's ray, in the second call of `step` from now, and store its path in
+        ``path``."""
         self._asked = tuple(pixel)
 
     # Work ----------------------------------------------------------------------------------
 
     @property
     def busy(self) -> str:
-        """A line about the work of the next steps, or "" if this work is short."""
+        """A line about the work of the next steps; "" for short work."""
         wanted = self._wanted
         if wanted is not None:
             return (f"loading {wanted.scene} ..." if wanted.scene != self.selection.scene
@@ -251,7 +248,7 @@ class Viewer:
         return estimate if estimate is not None and estimate > PATIENCE else None
 
     def _take(self, wanted: Selection) -> None:
-        """Make and test the tracer of a new selection, and only then drop the old tracer."""
+        """Make and test the tracer of a selection before the old tracer is dropped."""
         with self._guarded():
             if wanted.scene == self.selection.scene:
                 self.tracer = self._make(self.tracers, wanted)
@@ -307,12 +304,11 @@ class Viewer:
 
     @property
     def journey_size(self) -> tuple[int, int]:
-        """The (width, height) in rays of a journey."""
         divisor = -(-max(self.size) // JOURNEY_RAYS)
         return max(1, self.size[0] // divisor), max(1, self.size[1] // divisor)
 
     def _travel(self) -> None:
-        """Record a journey: the states of the rays after all passes."""
+        """Record a journey."""
         tracer = self.tracers.in_passes(self.selection.method, self.selection.options)
         self.journey = Journey(tracer, self.view, self.journey_size)
         self.message = self.journey.note
@@ -329,7 +325,6 @@ class Viewer:
             self.path = follow(tracer, self.view, self.size, (x, y))
 
     def _outdated(self) -> None:
-        """Mark the shown picture as out of date."""
         self.divisor = self.journey = None
         self._insist, self.failed = False, ""
 
@@ -364,23 +359,21 @@ class Viewer:
 
     @property
     def last(self) -> Drawn | None:
-        """The cost of the last picture."""
         return self.history[-1] if self.history else None
 
     def ray_of(self, pixel: tuple[int, int]) -> list[tuple[str, str]]:
-        """Return the state of the ray at a pixel of the finest picture, as (field, text); empty
-        outside the mode "passes"."""
+        """Return the state of a pixel's ray, as (field, text); empty outside the mode "passes"."""
         if self.journey is None:
             return []
         return self.journey.state_of(self.index, self.journey.ray_at(pixel, self.size))
 
     def settings(self) -> dict[str, Any]:
-        """Return all settings of the shown picture, and the command that makes it, if any."""
+        """Return all settings of the shown picture, with its command."""
         return settings_of(self)
 
     def save(self, folder: str | os.PathLike[str] = ".") -> Path | None:
-        """Write the picture with all its pixels as a PNG, with a JSON file of its settings, and
-        return its path. After an error, return None and set ``message``."""
+        """Write all pixels as a PNG, beside a JSON file of the settings, and return its path.
+        After an error, return None and set ``message``."""
         with self._guarded():
             path = name_for(self, Path(folder))     # first: fails if the folder is not writable
             if self.mode == "passes":
@@ -394,5 +387,4 @@ class Viewer:
         return None
 
     def release(self) -> None:
-        """Free all tracers."""
         self.tracers.release()

@@ -31,13 +31,13 @@ def _turned_view(camera: Camera, across: float, upward: float) -> np.ndarray:
 
 
 def orbit(camera: Camera, across: float, upward: float) -> Camera:
-    """Move the eye on a sphere around the target. The angles are in radians."""
+    """Move the eye around the target, by angles in radians."""
     view = _turned_view(camera, across, upward)
     return replace(camera, eye=tuple(np.subtract(camera.target, view)))
 
 
 def look(camera: Camera, across: float, upward: float) -> Camera:
-    """Move the target on a sphere around the eye. The angles are in radians."""
+    """Move the target around the eye, by angles in radians."""
     view = _turned_view(camera, across, upward)
     return replace(camera, target=tuple(np.add(camera.eye, view)))
 

@@ -22,11 +22,10 @@ class Pace:
         self._seconds: dict[int, tuple[float, float]] = {}     # divisor -> (seconds, when)
 
     def measured(self, divisor: int, seconds: float) -> None:
-        """Record the time of a picture."""
         self._seconds[divisor] = (seconds, self._clock())
 
     def forget(self) -> None:
-        """Drop all times, because the picture changes."""
+        """Drop all times."""
         self._seconds.clear()
 
     def estimate(self, divisor: int) -> float | None:
@@ -45,7 +44,6 @@ class Pace:
         return fresh[nearest] * (nearest / divisor) ** 2
 
     def moving(self) -> int:
-        """Return the divisor while the camera moves."""
         return self._finest(DIVISORS, MOVING, DIVISORS[-1])
 
     def resting(self, shown: int | None) -> int | None:

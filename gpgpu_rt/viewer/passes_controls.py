@@ -11,7 +11,7 @@ from .widgets import capital, chosen_from, label, quiet, room, tip
 
 
 def draw_pass(viewer: Viewer, link: Link) -> None:
-    """Draw the slider of passes, the line about the pass, and the legend of its colours."""
+    """Draw the slider of passes, a line about the pass, and the colours' legend."""
     journey = viewer.journey
     label("Pass")
     if journey is None:
@@ -40,7 +40,7 @@ def draw_pass(viewer: Viewer, link: Link) -> None:
 
 
 def draw_state(viewer: Viewer, mouse: tuple[int, int]) -> None:
-    """Draw the choice of the shown field, and the state of the ray at the pixel ``mouse``."""
+    """Draw the choice of the field, and the state of the ray at a pixel."""
     journey = viewer.journey
     if journey is None:
         return

@@ -71,11 +71,10 @@ class RayPath:
 
     @property
     def place(self) -> Place | None:
-        """The node or cell of the chosen row, or None."""
         return None if self.row is None else self.places[self.row]
 
     def go(self, by: int) -> None:
-        """Choose the row ``by`` rows below the chosen row, or the first row if none is chosen."""
+        """Choose the row ``by`` rows below the chosen row, or else the first row."""
         at = 0 if self.row is None else self.row + by
         self.row = min(max(at, 0), len(self.rows) - 1)
 
@@ -89,12 +88,12 @@ class RayPath:
                 + (f"hits triangle {self.hit}" if self.hit >= 0 else "hits nothing"))
 
     def edges(self) -> np.ndarray:
-        """Return the edges of the boxes for drawing, (k, 12, 2, 3)."""
+        """Return the edges of the boxes, (k, 12, 2, 3)."""
         return edges_of(self.boxes)
 
 
 def edges_of(boxes: np.ndarray) -> np.ndarray:
-    """Return the edges of boxes, (k, 2, 3), as segments, (k, 12, 2, 3)."""
+    """Return the edges, (k, 12, 2, 3), of boxes, (k, 2, 3)."""
     bits = (np.arange(8)[:, None] >> np.arange(3)) & 1                # (8, 3)
     corners = np.where(bits[None] == 1, boxes[:, 1:], boxes[:, :1])
     return corners[:, _EDGES]
@@ -147,7 +146,7 @@ def follow(tracer: Tracer, camera: Camera, size: tuple[int, int],
 
 
 def _boxes(places: Places, at: np.ndarray) -> np.ndarray:
-    """Return the boxes of places in their order, (k, 2, 3), without consecutive repeats."""
+    """Return the boxes of places, (k, 2, 3), without consecutive repeats."""
     if not len(at):
         return np.zeros((0, 2, 3))
     boxes = places.boxes(at)
@@ -155,7 +154,7 @@ def _boxes(places: Places, at: np.ndarray) -> np.ndarray:
 
 
 def _places(places: Places, at: np.ndarray, passes: list[Pass]) -> list[Place | None]:
-    """Return the place of each pass, or None. Each place is decoded once."""
+    """Return the place of each pass, or None."""
     known: dict[int, Place] = {}
     for number, one in zip(at.tolist(), passes):
         if number >= 0 and number not in known:

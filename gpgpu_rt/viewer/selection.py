@@ -22,7 +22,7 @@ DECIDED = ("context", "statistics", "presort")
 
 
 def word(value: Any) -> str:
-    """Return an option's value as the command line writes it and `Option.parse` reads it."""
+    """Return an option's value as the command line writes it."""
     if isinstance(value, bool):
         return str(value).lower()
     return "none" if value is None else spell(value)
@@ -52,7 +52,7 @@ def camera_words(camera: Camera, own: Camera | None = None) -> list[str]:
 
 
 def _shortest(number: float) -> str:
-    """Return the shortest text from which Python reads the same number."""
+    """Return the shortest text of a number that Python reads back."""
     return repr(number).removesuffix(".0")
 
 
@@ -80,8 +80,8 @@ class Selection:
         return find_method(self.method)
 
     def known(self) -> tuple[Option, ...]:
-        """Return the options to choose from, the method's own options first. The schedule has only
-        the values that the other options allow."""
+        """Return the options to choose from, the method's own first, with the schedules that the
+        others allow."""
         return tuple(self._narrowed(option) for option in self.row.options + TRACER_OPTIONS
                      if option.name not in DECIDED)
 
@@ -91,11 +91,10 @@ class Selection:
         return replace(option, choices=self.row.schedules_for(self.options))
 
     def light_options(self) -> tuple[Option, ...]:
-        """Return the options of the integrator."""
         return find_integrator(self.integrator).options
 
     def with_method(self, name: str) -> Selection:
-        """Return the selection with another method. Keep the options that the method accepts."""
+        """Return the selection with another method and the options that it accepts."""
         other = replace(self, method=find_method(name).name, options={})
         known = {option.name: option for option in other.known()}
         kept = {option: value for option, value in self.options.items()
@@ -111,20 +110,20 @@ class Selection:
         return replace(self, options=_set(self.options, self.known(), name, value))
 
     def with_integrator(self, name: str) -> Selection:
-        """Return the selection with another integrator. Keep the options that it accepts."""
+        """Return the selection with another integrator and the options that it accepts."""
         known = {option.name: option for option in find_integrator(name).options}
         light = {option: value for option, value in self.light.items()
                  if option in known and known[option].accepts(value)}
         return replace(self, integrator=name, light=light)
 
     def with_light(self, name: str, value: Any) -> Selection:
-        """Return the selection with a changed option of the integrator."""
+        """Return the selection with a changed integrator option."""
         return replace(self, light=_set(self.light, self.light_options(), name, value))
 
     def words(self, camera: Camera, size: tuple[int, int], output: str,
               own: Camera | None = None) -> list[str]:
-        """Return the arguments of `gpgpu-rt` that write the same picture to a file. ``own`` is the
-        scene's own camera."""
+        """Return the arguments of `gpgpu-rt` that write the same picture. ``own`` is the scene's
+        own camera."""
         words = ["render", self.scene, f"--method={self.method}"]
         words += option_words(self.options, TRACER_OPTIONS + self.row.options)
         if self.integrator != DEFAULT:
@@ -135,7 +134,7 @@ class Selection:
 
     def line(self, camera: Camera, size: tuple[int, int], output: str,
              own: Camera | None = None) -> str:
-        """Return the command that writes the same picture, as a line for a shell."""
+        """Return the command of `words` as a line for a shell."""
         return shlex.join(["gpgpu-rt", *self.words(camera, size, output, own)])
 
 

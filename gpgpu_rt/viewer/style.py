@@ -32,7 +32,7 @@ def _font(name: str, size: float) -> imgui.ImFont:
 
 
 def apply() -> Fonts:
-    """Set the colours and distances of all panels. Return the fonts."""
+    """Set the panels' colours and distances. Return the fonts."""
     imgui.style_colors_dark()
     style = imgui.get_style()
     style.frame_rounding = style.grab_rounding = 3.0

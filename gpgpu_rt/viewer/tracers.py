@@ -68,7 +68,6 @@ class Tracers:
         return self.get(method, find_method(method).in_passes(options, single))
 
     def release(self) -> None:
-        """Free all tracers."""
         for tracer in self._tracers.values():
             tracer.release()
         self._tracers.clear()

@@ -70,8 +70,8 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
 
 
 def _stay(config: Window) -> None:
-    """Run the loop of moderngl_window. An error in an event handler, even of the window library,
-    is shown as a message and does not end the loop."""
+    """Run the loop of moderngl_window. Show errors in event handlers, even of the window library,
+    as messages."""
     window = config.wnd
     config.timer.start()
     while not window.is_closing:
@@ -151,13 +151,13 @@ class Window(moderngl_window.WindowConfig):
         self._rest()
 
     def _fit(self) -> None:
-        """Make the picture as large as the part of the window that no panel covers."""
+        """Make the picture as large as the free part of the window."""
         ratio = self.wnd.pixel_ratio
         width, height = self.panels.layout.picture.size
         self.viewer.resize((round(ratio * width), round(ratio * height)))
 
     def _entitle(self) -> None:
-        """Set the window's title: scene, method, and whether the picture is being refined."""
+        """Set the window's title: scene, method, state of the picture."""
         viewer = self.viewer
         state = (" ..." if viewer.busy or not viewer.finished
                  else " (coarse)" if viewer.held_back is not None else "")
@@ -179,7 +179,6 @@ class Window(moderngl_window.WindowConfig):
             imgui.ImVec2(rect.x + rect.width, rect.y + rect.height))
 
     def _rest(self) -> None:
-        """Sleep for a moment while nothing happens."""
         if (self.viewer.finished and not self._held
                 and time.perf_counter() - self._last_event > QUIET):
             time.sleep(PAUSE)
@@ -196,7 +195,6 @@ class Window(moderngl_window.WindowConfig):
             self._settled.append(self.viewer.settled_after)
 
     def measured(self) -> dict[str, Any]:
-        """Return what was measured while the window was open."""
         return {"frames": self._frames, "message": self.viewer.message,
                 "pictures_while_moving": len(self._updates),
                 "updates_per_second": 1 / median(self._updates) if self._updates else None,
@@ -208,7 +206,7 @@ class Window(moderngl_window.WindowConfig):
         self._last_event = time.perf_counter()
 
     def _pixel(self, x: int, y: int) -> tuple[int, int]:
-        """Return the pixel of the picture at a position in the window."""
+        """Return the picture's pixel at a position in the window."""
         rect = self.panels.layout.picture
         return tuple(int(p * b / s) for p, b, s in zip(     # type: ignore[return-value]
             (x - rect.x, y - rect.y), self.viewer.size, rect.size))
@@ -254,8 +252,8 @@ class Window(moderngl_window.WindowConfig):
             self._press.dy += dy
 
     def _follow_mouse(self) -> None:
-        """Apply the mouse's movement since the last frame. Call this after the frame has begun:
-        only then does ImGui know whether a button was pressed over a panel."""
+        """Apply the mouse's movement since the last frame. Only after the frame has begun does
+        ImGui know whether a button was pressed over a panel."""
         press = self._press
         if press is None:
             return

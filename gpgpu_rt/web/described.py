@@ -117,7 +117,7 @@ class Described:
         return cycles
 
     def _described_cycle(self, kernel: int, turns: list[list[ObservedPass]]) -> dict[str, Any]:
-        """Return the turns of a cycle. A turn ends with states and hits in known targets."""
+        """Return the turns of a cycle, each with the targets of its states and hits."""
         return {"kernel": kernel, "turns": [
             {"passes": [self._number(one) for one in turn], **self._end(turn)} for turn in turns]}
 
@@ -136,7 +136,7 @@ class Described:
                     if sampler in one.inputs and one.inputs[sampler].glo in self._places)
 
     def _place(self, one: ObservedPass) -> None:
-        """Give the pass's target a number, if the target is new."""
+        """Number the pass's target, if it is new."""
         if one.outputs[0].glo in self._places:
             return
         width, height = one.outputs[0].size
@@ -151,7 +151,7 @@ class Described:
         self._targets.append(told)
 
     def _number(self, one: ObservedPass) -> int:
-        """Return the number of a pass. Equal passes share a number and a description."""
+        """Return the number of a pass; equal passes share it."""
         key = _key(one)
         if key not in self._numbers:
             self._numbers[key] = len(self._passes)
@@ -191,7 +191,6 @@ class Described:
                 for name, kind in kinds.items() if name in one.uniforms}
 
     def told(self) -> dict[str, Any]:
-        """Return the description of the schedule, for JSON."""
         fields = self._state.fields if self._cycles else ()
         return {"passes": self._passes, "targets": self._targets, "once": self._once,
                 "cycles": self._cycles, "repeats": bool(self._cycles),
@@ -203,7 +202,7 @@ class Described:
 
 
 def _state_record(tracer: Tracer) -> tuple[Record, str]:
-    """Return the record of the states that a cycle writes, and the name of its stream."""
+    """Return the record of a cycle's states, and its stream's name."""
     row = tracer.method
     if row.packet_state is None:
         return row.state, "state"
@@ -211,7 +210,7 @@ def _state_record(tracer: Tracer) -> tuple[Record, str]:
 
 
 def _title(one: ObservedPass, schedule: str) -> str:
-    """Return the name of a pass for the page's list of programs."""
+    """Return a pass's name for the page's list of programs."""
     if one.name in (EYE, PUSH, PACKET_HITS):
         return {EYE: "eye rays", PUSH: "push", PACKET_HITS: "hits of packets"}[one.name]
     if one.kernel == "init":
@@ -240,6 +239,6 @@ def _cycle(passes: list[ObservedPass]) -> tuple[list[ObservedPass], list[Observe
 
 
 def _turns(cycle: list[ObservedPass]) -> list[list[ObservedPass]]:
-    """Cut a cycle into turns: cut wherever the cycle's first program runs again."""
+    """Cut a cycle wherever its first program runs again."""
     starts = [k for k, one in enumerate(cycle) if one.program.glo == cycle[0].program.glo]
     return [cycle[a:b] for a, b in zip(starts, [*starts[1:], len(cycle)])]

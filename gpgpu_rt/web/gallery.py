@@ -92,7 +92,7 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
 
 
 def _made(folder: str) -> Path:
-    """Make the folder if it is missing, and check that files can be written into it."""
+    """Make the folder if needed, and check that it can be written."""
     if not folder:
         raise Error("the name of the gallery's folder is empty; give -o FOLDER")
     path = Path(folder)

@@ -94,7 +94,7 @@ class _Columns:
 
 
 def _cheapest(column: np.ndarray, rows: np.ndarray) -> tuple[int, list[Any]]:
-    """Return the smallest number of compressed bytes for a column, and the codes that give it."""
+    """Return the smallest number of compressed bytes for a column, and its codes."""
     kinds = ["integer", "float"] if _exact_integers(column) else ["float"]
     tried = []
     for kind in kinds:
@@ -123,7 +123,7 @@ def _exact_integers(column: np.ndarray) -> bool:
 
 def _coded(column: np.ndarray, rows: np.ndarray, kind: str,
            prediction: str) -> tuple[list[Any], bytes]:
-    """Return the codes of a column, and its differences in byte planes, lowest plane first."""
+    """Return a column's codes, and its differences in byte planes, lowest first."""
     column = np.ascontiguousarray(column)
     if kind == "integer" and not _exact_integers(column):
         kind, prediction = "float", "none"      # the sample held integers, but not all rows do

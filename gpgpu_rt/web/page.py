@@ -74,7 +74,6 @@ def write_page(scene: Scene, names: list[str], path: str,
 
 def page_text(scene: Scene, methods: list[WebMethod], tables: PageData, title: str = "",
               caption: str = "") -> str:
-    """Return the text of a page; see :func:`write_page`."""
     own = {name: tables.text(resolve(file, CONSTANTS).text) for name, file in OWN.items()}
     wires = _wires(scene, tables)
     told = {"methods": [asdict(one) for one in methods], "texts": tables.texts,
@@ -104,7 +103,7 @@ def _cost_row(method: WebMethod) -> str:
 
 
 def _kernel_colours() -> str:
-    """Return a CSS rule with the colours that films and the viewer give to kernels."""
+    """Return a CSS rule with the kernels' colours."""
     names = [f"--kernel-{phase}: #{bytes(category(phase)).hex()}"
              for phase in range(1, MOST_KERNELS + 1)]
     return f":root {{ {'; '.join(names)} }}\n"

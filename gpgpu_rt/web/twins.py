@@ -23,7 +23,6 @@ class Twin:
 
     @property
     def file(self) -> str:
-        """The name of the page's file."""
         return f"{self.figure}.html"
 
 

@@ -29,7 +29,7 @@ def mesh_files(scene: str) -> Files:
 
 
 def take_mesh(scene: str, files: Files) -> None:
-    """Store the files of a named scene on this machine, where `load_scene` finds them."""
+    """Store a named scene's files where `load_scene` finds them."""
     if not files or files == mesh_files(scene):
         return
     folder = own_folder("meshes") / digest(dict(files))

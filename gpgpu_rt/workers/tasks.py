@@ -32,18 +32,16 @@ _tracers: OrderedDict[tuple[str, str, Options], tuple[Tracer, list[Path]]] = Ord
 
 
 def received(value: Any) -> Any:
-    """Return ``value``, a scene or a motion that was sent to this worker. Other tasks get the
-    future of this task as an argument."""
+    """Return ``value``, a scene or a motion. Other tasks get the future of this task."""
     return value
 
 
 def renderer() -> str:
-    """Return the name of this worker's renderer."""
     return open_gpu().renderer
 
 
 def structures(scene: Scene, digest: str, method: str, options: Options) -> Structures:
-    """Build the structures of a method and return them as cache files for other workers."""
+    """Build a method's structures and return them as cache files."""
     with _turn:
         files = _tracer(scene, digest, method, options)[1]
     return {path.name: path.read_bytes() for path in files if path.exists()}

@@ -326,14 +326,14 @@ class Workers:
         return sent, built, content, method, chosen
 
     def sent(self, value: Any, content: str | None = None) -> Any:
-        """Send a value once and return its future. ``content`` is the digest of the value."""
+        """Send a value once and return its future. ``content`` is its digest."""
         content = content or digest(value)
         # Use a task, not scattered data: Dask runs a task again if its worker dies.
         return self._kept((content,), lambda: self.client.submit(
             tasks.received, value, key=f"sent-{content}-{uuid.uuid4().hex}"))
 
     def _kept(self, key: tuple[Any, ...], submit: Callable[[], Any]) -> Any:
-        """Return a key's future. Submit it if it is missing or failed, and drop old futures."""
+        """Return a key's future, submitted anew if missing or failed."""
         if key not in self._futures or self._futures[key].status not in ("pending", "finished"):
             self._futures[key] = submit()
         self._futures.move_to_end(key)
@@ -365,7 +365,7 @@ class Workers:
 
 
 def check_parts(drawing: Mapping[str, Any]) -> None:
-    """Raise OptionError if ``drawing``, arguments of ``Tracer.render``, needs a whole picture."""
+    """Raise OptionError if the ``drawing`` arguments need a whole picture."""
     if drawing.get("noise") is not None:
         raise OptionError("noise is measured over a whole picture, but a worker draws only a "
                           "part; give samples instead")

@@ -21,7 +21,7 @@ MODULES = {
 
 
 def _names(module: str) -> dict[str, Any]:
-    """Returns the public functions and classes of a module that have a docstring, by name."""
+    """Returns a module's public functions and classes with docstrings, by name."""
     home = importlib.import_module(module)
     names = getattr(home, "__all__", None) or [
         name for name, one in vars(home).items() if not name.startswith("_")
@@ -32,7 +32,7 @@ def _names(module: str) -> dict[str, Any]:
 
 
 def api_table() -> str:
-    """Returns a table of the names of each module, and the list of their pages."""
+    """Returns tables of the modules' names, and the list of their pages."""
     text, pages = "", []
     for module, title in MODULES.items():
         names = _names(module)

@@ -17,5 +17,5 @@ PAGES: dict[str, Callable[[], str]] = {
 
 
 def generate() -> Iterator[tuple[str, str]]:
-    """Yields name and text of each page of the site that is generated as a whole."""
+    """Yields name and text of each page that is generated as a whole."""
     yield from api_pages()

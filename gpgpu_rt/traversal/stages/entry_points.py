@@ -37,12 +37,11 @@ class EntryPoints(MethodDriver):
         self._levels: list[EntryTiles] = []
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved."""
         super().follow(samplers, accelerator, step_cap)
         self._hand_on()
 
     def _hand_on(self) -> None:
-        """Give the inner driver the tables, and the entry lists that its rays read."""
+        """Give the inner driver the tables and the entry lists."""
         if self._levels:
             smallest = self._levels[0]
             self.driver.follow(
@@ -53,7 +52,6 @@ class EntryPoints(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Trace every ray. Return the hits and the number of rays that were stopped early."""
         began = time.perf_counter()
         self.gpu.context.enable_only(moderngl.NOTHING)
         self._levels_for(rays.size)
@@ -144,7 +142,6 @@ class EntryTiles:
         self.lists = Target(owner.gpu, ENTRY_LIST, (size[0] * (ENTRIES // 4), size[1]))
 
     def bytes(self) -> int:
-        """Return the bytes of beams, entries and lists."""
         return sum(image.bytes() for image in (self.beams, self.entries, self.lists))
 
     def release(self) -> None:

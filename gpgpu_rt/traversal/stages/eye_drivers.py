@@ -60,7 +60,7 @@ class EyeDrivers:
         return self._first_hits
 
     def take(self, triangles: np.ndarray, driver: Driver) -> None:
-        """Use triangles that moved, and the method's driver that traces these triangles."""
+        """Use moved triangles, and the method's driver of these triangles."""
         self._lost = False
         for helper in (self._bounds, self._first_hits):
             if helper is not None:
@@ -73,9 +73,7 @@ class EyeDrivers:
         self._lost = True
 
     def bytes(self) -> int:
-        """Return the bytes of the drivers' textures."""
         return bytes_of(self._bounds, self._first_hits)
 
     def release(self) -> None:
-        """Free textures and programs."""
         release(self._bounds, self._first_hits)

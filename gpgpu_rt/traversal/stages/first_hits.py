@@ -126,7 +126,6 @@ class FirstHits(DriverBase):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Return the hits of the rays, and the number of traced rays that were stopped."""
         if any_hit or rays.seen_from is None:
             return self.driver.run(rays, buffers, statistics, any_hit)
         view = self._view(rays.seen_from, rays.size)
@@ -172,7 +171,6 @@ class FirstHits(DriverBase):
 
     def _all(self, rays: RayTextures, buffers: StateBuffers,
              statistics: Statistics) -> tuple[Target | PacketHits, int]:
-        """Trace every ray."""
         self._count(statistics, rays, rays.size[0] * rays.size[1], 0, 0)
         return self.driver.run(rays, buffers, statistics)
 
@@ -185,7 +183,7 @@ class FirstHits(DriverBase):
     # The passes -----------------------------------------------------------------------------
 
     def _sieve(self, view: dict[str, object]) -> np.ndarray:
-        """Return the rows of the triangles that a ray of the image may hit."""
+        """Return the rows of the triangles that rays of the image may hit."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         program = self._full_screen("first_sieve")
         program.set(**view, last_element=self.count - 1)
@@ -325,7 +323,6 @@ class FirstHits(DriverBase):
                          lambda image: image.final is final)
 
     def _part_streams(self, count: int) -> tuple[Stream, Stream]:
-        """Return streams for a list of parts and for their verdicts."""
         length = max(self.count, 2 * count)
         return self.keep("parts", lambda: (Stream(self.gpu, PART, length),
                                            Stream(self.gpu, VERDICT, length)),
@@ -342,6 +339,5 @@ class FirstHits(DriverBase):
             lambda part: part[0].size[1] * TRACED_ROW >= count)
 
     def release(self) -> None:
-        """Free textures and programs."""
         super().release()
         self._tables = {}

@@ -50,11 +50,10 @@ class FirstImage:
         self.doubted = Target(gpu, (), size, borrowed=doubt)
 
     def samplers(self) -> dict[str, moderngl.Texture]:
-        """Return sampler name -> texture of pixels, fours and blocks."""
         return {**self.shown.samplers(), **self.fours.samplers(), **self.blocks.samplers()}
 
     def bytes(self) -> int:
-        """Return the bytes of the textures, without the hits."""
+        """Return the bytes of the textures except the hits."""
         return (texture_bytes([self.candidates, self._depths]) + self.fours.bytes()
                 + self.blocks.bytes() + self.doubt.width * self.doubt.height)
 

@@ -32,19 +32,17 @@ class PacketEntries(MethodDriver):
         self.tile: int = setup.options["entry_points"]
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved."""
         super().follow(samplers, accelerator, step_cap)
         self._hand_on()
 
     def _hand_on(self) -> None:
-        """Give the inner driver the tables, and the entries that its packets read."""
+        """Give the inner driver the tables and the entries."""
         entries = self.kept.get("entries")
         self.driver.follow({**self.samplers, **(entries.samplers() if entries else {})},
                            self.accelerator, self.step_cap)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Trace every ray. Return the hits and the number of rays that were stopped early."""
         began = time.perf_counter()
         self.gpu.context.enable_only(moderngl.NOTHING)
         entries = self._entries_for(rays.size)
@@ -86,7 +84,7 @@ class PacketEntries(MethodDriver):
         return entries
 
     def _tile_bounds(self, rays: RayTextures) -> Target:
-        """Upload the bounds of the directions of each tile's rays."""
+        """Upload the bounds of the directions of each tile."""
         assert rays.tiles is not None
         tiles = rays.tiles.of_side(self.tile)
         bounds = self.keep("bounds", lambda: Target(self.gpu, TILE_BOUNDS, tiles.size),

@@ -36,13 +36,11 @@ class SortedRays(MethodDriver):
     """Runs another driver on rays in the order of their keys."""
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved, also in the driver that this stage owns."""
         super().follow(samplers, accelerator, step_cap)
         self.driver.follow(samplers, accelerator, step_cap)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray. Return the hits and the number of rays that were stopped early."""
         began = time.perf_counter()
         with StreamRoom(self.gpu) as room:
             keys = self._sorted_keys(room, rays)
@@ -80,7 +78,7 @@ class SortedRays(MethodDriver):
 
     def _draw(self, name: str, target: Stream, rays: RayTextures, defines: dict[str, object],
               reads: list[Stream] | None = None) -> None:
-        """Draw a pass over a stream with an element per ray."""
+        """Draw a pass with an element per ray."""
         reads = reads or []
         program = self._compiled(name, rays.record, [read.record for read in reads],
                                  target.record, defines)
@@ -122,7 +120,6 @@ class SortedRays(MethodDriver):
             {"streams": "\n".join([*texts, writes.stream_glsl(True)])}))
 
     def _sorted_rays(self, rays: RayTextures) -> tuple[RayTextures, StateBuffers]:
-        """Return textures for the sorted rays, and for their states."""
         across, down = squares(rays.size[0] * rays.size[1])
         size = (SQUARE * across, SQUARE * down)
         found, buffers = self.keep("sorted", lambda: (rays.like(size), StateBuffers(
