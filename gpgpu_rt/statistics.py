@@ -37,12 +37,12 @@ class Statistics:
     samples : Samples per pixel, for an integrator that samples.
     noise : Standard error of a pixel's luminance, averaged over the picture and divided by the
         average luminance, for an integrator that samples.
-    texture_bytes : Bytes of all textures of the tracer: scene tables, rays, states and pictures.
+    texture_bytes : Bytes of all textures of the tracer.
     table_bytes : Name of a table's record (``gl/record.py``) -> bytes of the table's textures.
-    build_seconds : Time of the last build: to build the accelerator, or to load it from the cache,
-        and to pack it into tables.
-    refit_seconds : Time to refit and pack the accelerator at the last update, or of the attempt to
-        refit if the update rebuilt the accelerator.
+    build_seconds : Time of the last build: to build the accelerator or load it from the cache, and
+        to pack it into tables.
+    refit_seconds : Time to refit and pack the accelerator at the last update, even if a rebuild
+        followed.
     rebuilt : Whether the last update rebuilt the accelerator.
     trace_seconds : Time from the first draw to the end of the last draw. ``presort`` adds the
         host's sorting of rays; `Tracer.trace_all` adds the copies between arrays and textures.
@@ -51,18 +51,17 @@ class Statistics:
     upload_seconds, readback_seconds : Time to copy arrays to textures, and textures to arrays.
     driver : Counts by name that the method's driver adds; the common driver adds none.
     counters : Means of the counters over all rays, with statistics=True.
-    first_hits : Numbers for a picture with rasterised first hits. ``drawn`` triangles were
-        rasterised. ``rivals`` are triangles that a ray may hit before it hits the rasterised
-        triangle of its pixel; a large triangle is examined in parts of the image, and counts once
-        for each part in which it is a rival. ``retraced`` eye rays were traced by the method,
-        because they miss the rasterised triangle of their pixel or their pixel has a rival.
-        ``retraced_share`` is their share of all eye rays.
-    pass_log : With statistics=True, an entry per program: name, draws, fragments, bytes of streams
-        read, tables sampled, bytes written. ``gl/pass_log.py`` describes an entry.
+    first_hits : Numbers for a picture with rasterised first hits. ``drawn``: rasterised triangles.
+        ``rivals``: triangles that a ray may hit before the rasterised triangle of its pixel; a
+        large triangle counts once for each part of the image in which it is a rival. ``retraced``:
+        eye rays that the method traced, because they miss the rasterised triangle of their pixel
+        or their pixel has a rival. ``retraced_share``: their share of all eye rays.
+    pass_log : With statistics=True, an entry per program (``gl/pass_log.py``): name, draws,
+        fragments, bytes of streams read, tables sampled, bytes written.
     uploaded_bytes, read_back_bytes : With statistics=True, bytes copied to the graphics card and
-        back during the call.
-    split : Purpose -> seconds or bytes, for a method that divides its work between the graphics
-        card and the host.
+        back.
+    split : Purpose -> seconds or bytes, for a method that divides its work between graphics card
+        and host.
     """
 
     rays: int = 0

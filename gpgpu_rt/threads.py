@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import Any
 
 WORTH = 10_000      # smallest number of triangles or rays that is shared among threads
-MOST = 8            # largest number of threads; the work has few parts, so more would be idle
+MOST = 8            # largest number of threads; the work has few parts
 
 Run = Callable[..., Iterable[Any]]    # `map`, or the `map` of a thread pool
 
@@ -24,8 +24,8 @@ def cores() -> int:
 def threads(count: int) -> Run:
     """Return a `map` over the parts of work on ``count`` triangles or rays.
 
-    Results come in the order of the parts, so the number of threads does not matter. If a part
-    calls this function again, its inner parts run one after another on the same thread.
+    Results come in the order of the parts. If a part calls this function again, its inner parts
+    run one after another on the same thread.
     """
     return map if count < WORTH or cores() < 2 else _shared_out
 

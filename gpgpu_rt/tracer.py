@@ -44,9 +44,8 @@ class Tracer:
     Parameters
     ----------
     scene : Scene, trimesh.Trimesh, a scene's name or a mesh file
-    method : a name from ``methods()``, "auto", or ``Choices``: a method for coherent rays and a
-        method for incoherent rays, of which each call uses the one that fits its rays. The
-        accelerator for incoherent rays is built at their first call. After a call,
+    method : a name from ``methods()``, "auto", or ``Choices``: a method each for coherent and for
+        incoherent rays (whose accelerator is built at their first call). After a call,
         ``statistics.choice``, ``method`` and ``options`` describe the used method. "auto" uses the
         ``Choices`` that `tune` stored for this scene and renderer, or else a safe default
     options : the options below, and the options that ``gpgpu-rt methods NAME`` prints for a method
@@ -59,9 +58,8 @@ class Tracer:
     -----
     ``release``, or the end of a ``with`` block, frees textures and programs. Threads may share a
     tracer or have one each; only one thread at a time uses the OpenGL context. ``statistics``
-    describes the last call of any thread. Each process needs its own tracer, and must start by
-    "spawn", because a context does not survive a fork. A pickled tracer is made anew in the other
-    process, with the same scene, method and options.
+    describes the last call of any thread. Processes must start by "spawn", because a context does
+    not survive a fork. A pickled tracer is made anew in the other process.
     """
 
     @public_call
@@ -88,8 +86,8 @@ class Tracer:
         Parameters
         ----------
         path : a file that `gpgpu-rt tune` wrote
-        force : use the file even if it was made for another scene or renderer; its error bounds
-            are then not guaranteed
+        force : use the file even if it was made for another scene or renderer, without its error
+            bounds
         options : more options. Only ``statistics`` and ``context`` may differ from the file
 
         Raises
@@ -121,7 +119,7 @@ class Tracer:
 
     @property
     def taken(self) -> str:
-        """"coherent" or "incoherent", the rays for which the last call's method was chosen."""
+        """The rays for which the last call's method was chosen: "coherent" or "incoherent"."""
         return self.sessions.chosen
 
     @property
@@ -185,8 +183,8 @@ class Tracer:
     def occluded(self, origins: np.ndarray, directions: np.ndarray,
                  t_max: float | np.ndarray = np.inf, t_min: float | np.ndarray = 0.0,
                  shape: tuple[int, int] | None = None, invalid: str = "raise") -> np.ndarray:
-        """Return (n,) bool, whether each ray hits any triangle in [t_min, t_max]. A ray ends at
-        any hit, not necessarily the nearest.
+        """Return (n,) bool, whether each ray hits any triangle in [t_min, t_max], not necessarily
+        the nearest.
 
         Parameters
         ----------
@@ -257,14 +255,13 @@ class Tracer:
         integrator : "direct" shows light and shadows, "whitted" (default) also mirrors and glass,
             "path" also light that bounces. After "path", ``radiance`` holds the unclipped result.
         progress : Called as progress(samples done, samples in total, noise so far, or infinity).
-        first_hits : With "traced", the method traces all eye rays. With "rasterised", the
-            rasteriser finds the hits of eye rays, and the method traces each eye ray whose hit is
-            in doubt; hits equal traced hits to the bit. With "verified", a rasterised hit is a hit
-            of its ray, but not proved to be the nearest, so a few pixels may show a triangle
-            behind the nearest one. ``statistics.first_hits`` counts the traced eye rays.
+        first_hits : With "rasterised", the rasteriser finds the hits of eye rays, and the method
+            traces the eye rays whose hit is in doubt; hits equal those of "traced" to the bit.
+            With "verified", a hit is not proved to be the nearest, so a few pixels may show a
+            triangle behind the nearest one. ``statistics.first_hits`` counts the traced eye rays.
         region : Pixels to draw, (x, y, width, height) from the top left, the same to the bit as in
-            the whole picture. None draws all pixels. The option ``noise`` of "path" then applies
-            to the region.
+            the whole picture; None draws all. The option ``noise`` of "path" then applies to the
+            region.
         options : Options of the integrator; ``integrators.INTEGRATORS[name].options`` lists them.
 
         Raises
@@ -307,8 +304,8 @@ class Tracer:
     @public_call
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
-        """Return the plan of `render` with these arguments, without drawing: the passes, textures
-        and defines that it would use, and why it leaves out the others.
+        """Return the plan of `render`, without drawing: the passes, textures and defines that it
+        would use, and why it leaves out the others.
 
         Parameters
         ----------
@@ -325,8 +322,7 @@ class Tracer:
 
         A method with a ``Method.refit`` adapts its structure, unless the SAH cost exceeds
         ``rebuild_ratio`` times the cost of the last build. Otherwise, the structure is built anew;
-        ``statistics`` says which. ``scene`` becomes a new object; the scene given to the tracer
-        does not change.
+        ``statistics`` says which. ``scene`` becomes a new object.
 
         Parameters
         ----------
@@ -350,8 +346,7 @@ class Tracer:
     def counting(self) -> AbstractContextManager[None]:
         """Return a context in which the work of rays is counted, as with ``statistics=True``.
 
-        Inside the context, other programs trace rays through the same structure. Calls outside the
-        context are not slowed down.
+        Calls outside the context are not slowed down.
 
         Raises
         ------
@@ -366,13 +361,13 @@ class Tracer:
 
         Parameters
         ----------
-        look : called after each pass, while the textures that the pass read and drew are unchanged
+        look : called after each pass, while its textures are unchanged
         fragments : count the fragments and primitives of each pass, with queries around its draw
 
         Returns
         -------
-        A context manager that gives a list of ``ObservedPass``. Each pass is appended after it was
-        drawn, including passes of other tracers with the same OpenGL context.
+        A context manager that gives a list of ``ObservedPass``, appended after each draw. Passes
+        of other tracers with the same OpenGL context are included.
         """
         return observe(self.gpu, look, fragments)
 

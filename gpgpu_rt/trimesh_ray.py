@@ -4,13 +4,13 @@ Names, arguments, shapes and the order of results are as in ``trimesh.ray``, wit
 
 * The hits are sorted by ray, and the hits of a ray by (t, triangle). All hits are found, including
   hits on coincident triangles (see ``session/all_hits.py``).
-* Intersection is computed in float32, which is too coarse far from the origin. A mesh farther from
-  the origin than its size is therefore moved to the origin in float64. The positions of hits on
-  their rays are computed in float64.
-* A place is a point where a ray passes through the mesh. At an edge or a vertex, a place has
-  several triangles. ``intersects_location`` returns each place once, with its first triangle.
+* Intersection is computed in float32, which is too coarse far from the origin. So a mesh farther
+  from the origin than its size is moved to the origin, and positions of hits are computed, in
+  float64.
+* A place is a point where a ray passes through the mesh; at an edge or a vertex, it has several
+  triangles. ``intersects_location`` returns each place once, with its first triangle.
   ``intersects_id`` returns all triangles of a place, as trimesh's own engine does, or with
-  ``coincident=False`` the first triangle of each place, as trimesh's Embree engine does.
+  ``coincident=False`` the first, as trimesh's Embree engine does.
 * A ray with a NaN, an infinity or a zero direction is invalid and hits nothing. The length of a
   direction has no effect.
 """
@@ -35,8 +35,8 @@ from .tracer import AUTO, DEFAULT_METHOD, Tracer
 class RayMeshIntersector:
     """Answers ray queries on a mesh by a method of ``gpgpu_rt.methods()``.
 
-    If the mesh changes, the next query uses the changed mesh. An intersector can be pickled and
-    copied; the copy builds its own textures at its first query. Invalid rays hit nothing.
+    If the mesh changes, the next query uses the changed mesh. A pickled or copied intersector
+    builds its own textures at its first query. Invalid rays hit nothing.
 
     Parameters
     ----------
@@ -97,11 +97,10 @@ class RayMeshIntersector:
                             ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the places where rays hit the mesh, each place once.
 
-        A ray through an edge or a vertex hits all triangles around it at a single place; so does a
-        ray through coincident triangles. Two hits of a ray belong to the same place if their t are
-        equal within the float32 error bounds of ``numerics/error_bounds.py``, unless float64
-        proves that the ray hits both triangles at different t. Thus the two sides of a thin sheet,
-        seen from afar, are two places.
+        Two hits of a ray, for example at an edge, belong to the same place if their t are equal
+        within the float32 error bounds of ``numerics/error_bounds.py``, unless float64 proves that
+        the ray hits both triangles at different t. Thus the two sides of a thin sheet, seen from
+        afar, are two places.
 
         Parameters
         ----------
@@ -145,9 +144,9 @@ class RayMeshIntersector:
     def contains_points(self, points: np.ndarray) -> np.ndarray:
         """Return whether each of the (n, 3) points lies inside the mesh, (n,) bool.
 
-        The result is undefined for points on the surface. trimesh's test sends two opposite rays
-        from each point: the point is inside if each ray hits an odd number of places. The result
-        may be wrong if a ray grazes an outline of the mesh.
+        The result is undefined for points on the surface, and may be wrong if a ray grazes an
+        outline. trimesh's test sends two opposite rays from each point: the point is inside if
+        each ray hits an odd number of places.
         """
         return contains_points(self, points)
 
@@ -185,8 +184,8 @@ class RayMeshIntersector:
         with np.errstate(over="ignore"):
             pairs = (triangles, origins.astype(np.float32), directions.astype(np.float32))
             bounds, sharp = (bound_pairs(*pairs, arithmetic) for arithmetic in (FLOAT32, FLOAT64))
-        # Intersect the triangle's plane in float64. A ray nearly in the plane would get an
-        # arbitrary t, so stay within float32's error bound around the traced t.
+        # Intersect the triangle's plane in float64, within float32's error bound around the traced
+        # t: a ray nearly in the plane would get an arbitrary t.
         t = hits.t.astype(np.float64)
         reach = np.where(np.isfinite(bounds.t_bound), bounds.t_bound, 0)
         exact = np.where(np.isfinite(bounds.t), bounds.t, t)
@@ -331,9 +330,9 @@ def _places(blurred: np.ndarray, t: np.ndarray, sharp: np.ndarray) -> np.ndarray
     blurred : (m,) int, ascending: numbers of places; hits that float32 cannot separate have the
         same number
     t : (m,) float64, where the ray of a hit meets the triangle's plane
-    sharp : (m,) float64, error bound of t in float64; inf where float64 proves that the ray misses
-        the triangle. A hit with an infinite bound can begin a place only if all hits with its
-        number in ``blurred`` have infinite bounds
+    sharp : (m,) float64, error bound of t in float64; inf where float64 proves a miss. A hit with
+        an infinite bound begins a place only if all hits with its number in ``blurred`` have
+        infinite bounds
     """
     order = np.lexsort((t, ~np.isfinite(sharp), blurred))
     group, t, sharp = blurred[order], t[order], sharp[order]

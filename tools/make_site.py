@@ -1,7 +1,7 @@
 """Builds the documentation site from the pages of the project: `make docs`.
 
-The pages are copied to a temporary folder, with the generated parts of docs/reference. Sphinx then
-makes the site. A warning of Sphinx, such as a link without a target, is an error.
+Sphinx makes the site from copies of the pages with the generated parts of docs/reference. A
+warning of Sphinx, such as a link without a target, is an error.
 """
 from __future__ import annotations
 

@@ -72,8 +72,7 @@ def _operations(said: str) -> dict[str, Any]:
     """Return the counts of a program from its listing, which Mesa prints as TGSI.
 
     ``arithmetic`` is the number of instructions that NV40's driver emits for the operations,
-    without fetches. The card can issue operations on different components together, but the driver
-    never joins operations.
+    without fetches. The driver never joins operations, although the card can.
     """
     listing = said[said.index("FRAG"):].split("\n\n")[0].strip("\n")
     operations = [match for match in _TGSI.finditer(listing) if match["op"] != "END"]

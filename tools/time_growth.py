@@ -49,8 +49,7 @@ def milliseconds(scene: rt.Scene, kind: str, entries: Sequence[tuple[str, dict[s
     """Return the median time of a million rays of a kind for each (method, options).
 
     The time covers the passes and the host's sorting of rays. The entries run in turn, in several
-    rounds. Each entry first runs once untimed, because the previous entry left its own data in the
-    caches.
+    rounds, each first untimed to warm the caches.
     """
     origins, directions = scene.camera.rays((SIZE, SIZE)) if kind == "eye" else random_rays(
         scene, SIZE * SIZE, SEED)

@@ -134,8 +134,7 @@ class Sessions:
 
     @contextmanager
     def moving(self) -> Iterator[Session]:
-        """Within the block, this thread may move the session's triangles. Pictures then show the
-        moved triangles.
+        """Within the block, this thread may move the session's triangles, also in pictures.
 
         Raises
         ------

@@ -50,8 +50,8 @@ class Structure:
     triangles : (n, 3, 3) float32, the triangles as the textures store them
     accelerator : the accelerator over ``triangles``
     tables : the accelerator's arrays as textures
-    table_bytes : record name -> bytes of its textures. ``Statistics`` refers to this dict, so its
-        entries change, but the dict is never replaced
+    table_bytes : record name -> bytes of its textures, always the same dict, because
+        ``Statistics`` refers to it
     """
 
     def __init__(self, gpu: Gpu, method: Method, options: dict[str, Any], scene: Scene) -> None:
@@ -103,14 +103,14 @@ class Structure:
     def move(self, scene: Scene, built: Accelerator | None = None) -> Moved:
         """Replace the scene by the same scene with moved triangles.
 
-        Use the accelerator ``built`` over the moved triangles if the caller gives one. Otherwise
-        refit the present accelerator, or rebuild it if the method cannot refit or
-        ``rebuild_ratio`` requires a rebuild.
+        Use the accelerator ``built`` over the moved triangles if given. Otherwise refit the
+        present accelerator, or rebuild it if the method cannot refit or ``rebuild_ratio`` requires
+        a rebuild.
 
         Raises
         ------
         SceneError, LimitError
-            for a scene that cannot be built; the structure then stays unchanged
+            for a scene that cannot be built; the structure stays unchanged
         """
         triangles = self.builder.stored(scene)
         own = self.method.tables_for(self.options)
@@ -134,10 +134,9 @@ class Structure:
 
         Parameters
         ----------
-        accelerator : the accelerator around the moved triangles
-        bounds : the corners of the box around the moved triangles
-        read_back : the moved scene and its stored triangles, (n, 3, 3) float32; None if the host
-            does not know them
+        accelerator, bounds : the accelerator around the moved triangles, and the corners of their
+            box
+        read_back : the moved scene and its stored triangles, (n, 3, 3) float32; None if unknown
         """
         self.accelerator, self.bounds = accelerator, bounds
         accelerator.small_integers = self.tables.small_integers

@@ -16,8 +16,7 @@ class Finisher(Protocol):
     """Runs passes that complete tables on the GPU."""
 
     def run(self, gpu: Gpu, samplers: Mapping[str, moderngl.Texture]) -> None:
-        """Complete the tables, which ``samplers`` gives by sampler name, after every write to a
-        table."""
+        """Complete the tables, given by sampler name, after every write to a table."""
 
     def release(self) -> None:
         """Free the programs and textures of the passes."""
@@ -36,8 +35,7 @@ class Accelerator:
     defines : GLSL defines that follow from the structure.
     stack_levels : Largest number of levels in the stack of a ray or packet.
     finisher : Passes that complete the tables after their upload.
-    small_integers : Whether no integer of the tables is above 2^22 (``glsl/core/fetch.glsl``). Set
-        when the tables are written into textures.
+    small_integers : Whether no integer of the tables is above 2^22 (``glsl/core/fetch.glsl``).
     shown : The triangles that hits lie on, (n, 3, 3) float32, if the method traces a coarser level
         of the scene; otherwise None.
     kept : Data that the builder keeps for the row's ``refit``.

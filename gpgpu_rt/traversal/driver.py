@@ -156,9 +156,8 @@ class MethodDriver(DriverBase):
 
     Parameters
     ----------
-    driver : the inner driver of a stage such as sorted rays; None for a method's own driver. A
-        stage prepares the rays, or the nodes at which they enter the tree, and then runs the inner
-        driver
+    driver : the inner driver of a stage, such as sorted rays; None for a method's own driver. A
+        stage prepares the rays or their entry nodes, and then runs the inner driver
     """
 
     def __init__(self, setup: Setup, driver: Driver | None = None) -> None:

@@ -3,9 +3,9 @@
 Indices are floats. Each texel of a record lies in a separate texture. A ray's state has the fields
 that the method's paper stores. The host chooses the kernel of each pass by occlusion queries.
 
-A dialect is a main file that includes ``glsl/era/pass.glsl``, which includes the kernels of
-``glsl/methods/``. The cards' compilers read the dialect ``card`` (glsl/era/card.frag). Today's
-renderer runs the dialect ``renderer`` (glsl/era/renderer.frag).
+A dialect is a main file that includes ``glsl/era/pass.glsl`` and so the kernels of
+``glsl/methods/``. The cards' compilers read the dialect ``card``; today's renderer runs the
+dialect ``renderer``.
 """
 from __future__ import annotations
 
@@ -118,8 +118,8 @@ class EraDriver(MethodDriver):
 
     def _repeat_tables(self) -> None:
         for texture in self.samplers.values():
-            # The whole part of an accessor's x coordinate is the texel's row. Repeat the texture,
-            # so that the lookup drops the whole part.
+            # The whole part of an accessor's x coordinate is the texel's row, which repetition
+            # drops.
             texture.repeat_x = True
 
     def uniforms(self) -> Mapping[str, Any]:
@@ -150,8 +150,8 @@ class EraTraversal(EraDriver, Traversal):
 
     def _classify(self, now: Target, buffers: StateBuffers, tiles: Tiles,
                   statistics: Statistics) -> dict[int, int]:
-        """Do the same as ``Traversal._classify``. States have no step counts, so count the host's
-        choices of kernels instead. Raise LimitError if the choices exceed the step cap."""
+        """Do the same as ``Traversal._classify``, and raise LimitError if the host's choices of
+        kernels exceed the step cap: states have no step counts."""
         self._choices += 1
         if self._choices > self.step_cap:
             raise LimitError(f"method {self.method.name} in the era form does not end: the host "
@@ -164,9 +164,8 @@ class EraTraversal(EraDriver, Traversal):
         """Draw a pass. A kernel that cannot change hits reads hits from side 0 and writes only
         states.
 
-        The schedule ``kernels`` draws passes in pairs: from side 0 of the buffers to side 1, and
-        back. Before a pair, side 0 has the hits of all rays; they stay valid if the kernel cannot
-        change hits.
+        Passes are drawn in pairs, from side 0 of the buffers to side 1 and back. Before a pair,
+        side 0 has the hits of all rays, which stay valid if the kernel cannot change hits.
         """
         if source is not None and kernel != TESTS_TRIANGLES:
             source, target = self._part(source, HIT), self._part(target)

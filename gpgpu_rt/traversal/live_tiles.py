@@ -16,9 +16,9 @@ TILE = 16   # width and height of a tile in rays
 class Tiles:
     """Counts, in each tile, the rays that wait for each kernel.
 
-    The pass of a kernel skips tiles without such rays. The cards of 2002-2007 skipped masked tiles
-    by hierarchical depth. A renderer without hierarchical depth tests every fragment in every
-    pass, which takes most of the time once few rays are live. Hits do not depend on the tiles.
+    The pass of a kernel skips tiles without such rays, as the cards of 2002-2007 did by
+    hierarchical depth. Otherwise, late in a traversal, a renderer without hierarchical depth would
+    spend most of the time on depth tests. Hits do not depend on the tiles.
     """
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], streams: str) -> None:
@@ -54,9 +54,8 @@ class Tiles:
     def choose(self, kernel: int | None) -> None:
         """Choose the tiles with rays that wait for this kernel, or with None, for any kernel."""
         counts = self._counts.sum(2) if kernel is None else self._counts[:, :, kernel - 1]
-        # Write whole tiles; the target clips the last tile. The counts have a texel for each tile,
-        # and the same rectangles are drawn over them: a cut tile could miss the centre of its
-        # texel.
+        # The target clips the last tile. Do not cut it here: the same rectangles are drawn over
+        # the counts, with a texel for each tile, whose centre a cut tile could miss.
         self.rectangles.write(rectangles_of(counts > 0))
 
     def release(self) -> None:

@@ -49,8 +49,6 @@ def stack_defines(levels: int) -> dict[str, object]:
 class Part:
     """Chooses the file that replaces ``#include <name>`` in a method's GLSL.
 
-    A traversal file calls functions that each of these files defines.
-
     Attributes
     ----------
     name : str, the name of the include
@@ -131,7 +129,7 @@ class Method:
     packet_state : (options) -> Stepwise, for a packet method that runs under ``step``.
     era_packets : The packets in the era form, if the method has them.
     single : Name of the method that traces a packet's rays singly after the packet's step limit.
-    entry_walk : GLSL file of a beam's walk through the tree, for the option ``entry_points``.
+    entry_walk : GLSL file of a beam's walk through the tree, for ``entry_points``.
     own_array : (options) -> whether neighbouring fragments may write to different indices of a
         local GLSL array.
     fixed_defines : GLSL defines of all programs of this method, which tell apart methods that
@@ -322,8 +320,8 @@ def nothing_kept(prepare: Callable[[np.ndarray, Mapping[str, Any]], Accelerator]
 
 
 def check_culling(options: Mapping[str, Any]) -> None:
-    """Raise OptionError for vertex culling without the watertight test: the rounding of other
-    tests has no bound, so culling could lose their hits."""
+    """Raise OptionError for vertex culling without the watertight test: other tests could lose
+    hits, because their rounding has no bound."""
     if options.get("vertex_culling") and options["intersection"] != "woop-watertight":
         raise OptionError("vertex_culling is exact only for the watertight test; set "
                           "intersection=woop-watertight too")

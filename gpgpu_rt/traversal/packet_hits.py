@@ -23,8 +23,8 @@ class PacketTargets:
     targets : number of render targets that hold hits
     rows_alone : whether a texel holds four integers: for each of four rays, the row of the hit
         triangle in the triangle table
-    fours : whether a texel holds a single field of a hit, such as t, for four rays. If neither
-        ``fours`` nor ``rows_alone`` is set, a texel holds the four fields of one ray's hit
+    fours : whether a texel holds a single field of a hit, such as t, for four rays. Otherwise
+        (without ``rows_alone``), a texel holds the four fields of one ray's hit
     statistics : whether a separate pass draws the packets' counters, which need a target
     """
 
@@ -65,8 +65,7 @@ class PacketTargets:
         # Callers read single channels, so store the image channel by channel.
         each = 1 if alone and self.fours else 4
         planes = np.empty((each, self.size[1], height, self.size[0], width), np.float32)
-        # With ``fours``, a texel holds values of four rays. Copy neighbours in a row of the image
-        # as one wider number.
+        # With ``fours``, copy the values of neighbours in a row of the image as one wider number.
         kind = np.dtype((np.float32, np.complex64, np.complex128)[width // 2 if self.fours else 0])
 
         def spread(k: int, texels: np.ndarray) -> None:

@@ -63,8 +63,7 @@ class TilePass(PrimitivePass):
         self._squares = squares
         self.set(squares=(across, down), side=squares.side)
         self.gpu.context.enable_only(moderngl.PROGRAM_POINT_SIZE)
-        # The renderer drops a point whose centre is outside the viewport, so the viewport has
-        # whole squares.
+        # Whole squares, because the renderer drops a point whose centre is outside the viewport.
         target.framebuffer.viewport = (0, 0, across * squares.side, down * squares.side)
         try:
             self.draw(target, samplers, moderngl.POINTS, len(places))
@@ -98,10 +97,8 @@ class PacketTiles:
         """Return the squares that hold packets to trace, or None to draw all packets.
 
         A tile has rays to trace if its beam meets a leaf, or without beams, if one of its rays is
-        live.
-
-        The result is None if every tile has rays to trace (a full-screen draw is then faster than
-        points), if the live tiles are not known, or if a point cannot be as large as a square.
+        live. The result is None if all tiles have rays to trace (a full-screen draw is then
+        faster), if the live tiles are not known, or if a point cannot be as large as a square.
         """
         if rays.tiles is None or self.gpu.whole:
             return None

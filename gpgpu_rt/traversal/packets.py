@@ -59,8 +59,7 @@ class PacketTraversal(MethodDriver):
         query = self.gpu.query()
         drawn = self._draw_packets("packet", rays, room, statistics, any_hit, query)
         statistics.queries += 1
-        # The program discards unfinished packets. If there are any, draw all packets without
-        # discarding.
+        # The program discards unfinished packets. If there are any, draw all packets undiscarded.
         left_behind = query.samples < drawn
         if left_behind:
             self._draw_packets("packet_unsettled", rays, room, statistics, any_hit)
@@ -80,8 +79,7 @@ class PacketTraversal(MethodDriver):
                       statistics: Statistics, any_hit: bool, query: Any = nullcontext()) -> int:
         """Trace the packets within an occlusion query, and return their number. Squares without a
         ray to trace get misses."""
-        # The pass that fills skipped squares writes floats; ``rows_alone`` needs integers, so skip
-        # none.
+        # Skipped squares are filled with floats, but ``rows_alone`` needs integers.
         samplers = {**self.samplers, **rays.samplers()}
         squares = None if self.rows_alone else self._tiles.squares(rays, samplers)
         counted = name == "packet_counters"
@@ -130,7 +128,7 @@ class PacketTraversal(MethodDriver):
         single_samplers = {**single_rays.samplers(), **found.samplers()}
         counted = len(now.streams.get(COUNTERS.name, ()))
         channels = [(True,) * 4] * (len(now.textures) - counted)
-        # Do not overwrite the counters: they keep the packets' counts.
+        # Keep the packets' counters.
         now.framebuffer.color_mask = (*channels, *[(False,) * 4] * counted)
         self._program("brought_back", any_hit, rays.in_textures).draw(
             now, {f"single_{name}": texture for name, texture in single_samplers.items()})
@@ -143,8 +141,7 @@ class PacketTraversal(MethodDriver):
             known = (*TRACER_OPTIONS, *row.options)
             shared = {option.name: self.options[option.name] for option in known
                       if option.name in self.options and option.accepts(self.options[option.name])}
-            # Single rays begin at the root: the driver around this driver finds entry points only
-            # for packets.
+            # Single rays begin at the root: only packets have entry points here.
             shared.pop("entry_points", None)
             options = resolve_options({**shared, "schedule": "loop", "statistics": False}, known,
                                       f"method {row.name}")

@@ -33,12 +33,11 @@ from .method import Method
 from .records import ENTRIES, ENTRY_LIST, ENTRY_TILE, PACKET_ENTRY
 from .stack_atlas import StackAtlas
 
-# llvmpipe ends a shader's loops silently after 65,535 iterations; a ray whose loop ended early is
-# not DONE and continues in the next pass. A lower limit makes this rare.
+# llvmpipe ends a shader's loops silently after 65,535 iterations. Below that, few rays end early,
+# and have to continue in the next pass.
 LOOP_STEPS = 60_000
 
-# Count the rays of each tile again when fewer than this share of the rays live at the last count
-# are still live.
+# Count the rays of each tile again when fewer than this share of the last live rays are live.
 FEWER = 0.7
 MASKED = 0.0    # depth of a masked ray
 
@@ -100,8 +99,7 @@ class Traversal(MethodDriver):
     def _run_loop(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                   any_hit: bool) -> tuple[Target, int]:
         self.gpu.context.enable_only(moderngl.NOTHING)
-        # Counters are part of the states, and an observer may ask for states: then keep them in
-        # textures.
+        # States in textures serve counters, which are part of them, and observers.
         in_textures = self.statistics_on or self._overran or self.gpu.observers.states
         if not in_textures and self._finish_all(rays, buffers, statistics, any_hit):
             return buffers.side(0), 0
@@ -162,9 +160,9 @@ class Traversal(MethodDriver):
     def _run_kernels(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                      any_hit: bool) -> tuple[Target, int]:
         context = self.gpu.context
-        # Passes are drawn in pairs, from ``now`` to ``scratch`` and back, so between pairs ``now``
-        # holds the latest state of every ray. ``scratch`` may hold old states of rays outside the
-        # pair's kernel.
+        # Passes are drawn in pairs, from ``now`` to ``scratch`` and back. Between pairs, ``now``
+        # holds the latest state of every ray, but ``scratch`` may hold old states of rays outside
+        # the pair's kernel.
         now, scratch = buffers.side(0), buffers.side(1)
         tiles = self._tiles_for(buffers)
         context.enable_only(moderngl.NOTHING)

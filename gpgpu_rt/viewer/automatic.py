@@ -29,7 +29,7 @@ def shown(option: Option, given: Mapping[str, Any], tracer: Tracer) -> Shown:
     Parameters
     ----------
     given : the options that the user gave
-    tracer : a tracer with these options, which knows the automatic values
+    tracer : a tracer with these options
     """
     if option.name in given:
         value = given[option.name]

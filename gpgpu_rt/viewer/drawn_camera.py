@@ -1,6 +1,6 @@
 """The camera that the viewer draws with: fitted to the picture's shape, with short numbers.
 
-The viewer keeps the exact camera, which the mouse moves, but draws with this camera. So a command
+The viewer keeps the exact camera, which the mouse moves, but draws with this camera, so a command
 with these short numbers draws the same picture to the bit.
 """
 from __future__ import annotations
@@ -14,8 +14,8 @@ import numpy as np
 from ..errors import SceneError
 from ..scene.camera import Camera
 
-# Rounding moves the projection of each point whose depth is between NEAREST and 1 times the
-# target's distance by less than this share of a pixel.
+# Rounding moves the projection of each point with a depth of NEAREST to 1 times the target's
+# distance by less than this share of a pixel.
 PIXEL_SHARE = 0.1
 NEAREST = 0.25
 # (part of the camera, share), in the order of rounding. The parts up to a row together move the
@@ -39,8 +39,8 @@ def fitted(camera: Camera, size: tuple[int, int]) -> Camera:
 def shift(exact: Camera, other: Camera, size: tuple[int, int]) -> float:
     """Return the largest distance in pixels between the projections of a point by two cameras.
 
-    The points are on the rays of ``exact`` through the corners, the middles of the edges and the
-    centre of the picture, at NEAREST times and 1 times the distance of the target.
+    The points lie on the rays of ``exact`` through the picture's corners, edge middles and centre,
+    at NEAREST and 1 times the distance of the target.
     """
     right, up, forward = exact.basis(size)
     places = np.stack(np.meshgrid([-1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]), axis=-1).reshape(-1, 2)

@@ -194,8 +194,7 @@ class Link:
         return bool(self.io.want_capture_mouse)
 
     # The following properties are valid only after `begin`. ImGui processes clicks and keys in
-    # their order, perhaps in later frames, so a key goes to the panel that an earlier click has
-    # opened.
+    # their order, so a key goes to the panel that an earlier click has opened.
 
     @property
     def has_keys(self) -> bool:

@@ -1,8 +1,8 @@
 """The viewer's model: settings, camera, resolution and results, without a window.
 
 A window calls `step` repeatedly and shows ``image``. Between calls, it may change the selection,
-the camera and the mode. Each call draws at most one picture and raises no error: ``message``
-reports a mistake or a broken file, and the last picture stays.
+the camera and the mode. Each call draws at most one picture. After an error, ``message`` reports
+it, and the last picture stays.
 """
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Viewer:
     Attributes
     ----------
     image : (h, w, 3) uint8, the picture to show, possibly at low resolution; or None
-    version : a number that increases with every new image
+    version : increases with every new image
     message : the last error, or the last report such as "wrote a.png", in one line
     failed : the reason why `step` cannot draw the present selection, or ""
     """
@@ -334,7 +334,7 @@ class Viewer:
 
     @contextmanager
     def _guarded(self) -> Iterator[list[bool]]:
-        """Report an error in ``message``: a broken file must not end the program."""
+        """Report an error in ``message`` instead of ending the program."""
         try:
             with self.gpu:
                 yield []

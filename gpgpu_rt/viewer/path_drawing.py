@@ -15,9 +15,6 @@ MOST_BOXES = 80         # draw at most this many boxes, the last of the path
 
 def draw_path(path: RayPath, camera: Camera, rect: Rect) -> None:
     """Draw a path behind all panels, in the rectangle of the picture.
-
-    The box of the chosen row has its own colour. The ray is a point on the screen while the eye is
-    at its origin, and a line after the camera has moved.
     """
     pen = imgui.get_background_draw_list()
     pen.push_clip_rect(imgui.ImVec2(rect.x, rect.y),

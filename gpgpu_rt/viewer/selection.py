@@ -1,8 +1,4 @@
-"""Selection: the viewer's scene, method and options, and the command that draws their picture.
-
-The choices come from the method table and the tables of options, so a new row appears without
-further code.
-"""
+"""Selection: the viewer's scene, method and options, and the command that draws their picture."""
 from __future__ import annotations
 
 import shlex
@@ -16,8 +12,7 @@ from ..render.integrators import DEFAULT, find_integrator
 from ..scene.camera import Camera
 from ..tracer import DEFAULT_METHOD
 
-# Options that the viewer sets itself; presort has no effect on eye rays, which are not given as
-# arrays.
+# Options that the viewer sets itself; presort does not affect eye rays.
 DECIDED = ("context", "statistics", "presort")
 
 

@@ -16,10 +16,10 @@ PROOF = (8, 8)      # size of the test picture in pixels; this suffices to run e
 
 
 class Tracers:
-    """The last few tracers of a scene. They are made at their first use.
+    """The last few tracers of a scene, made at their first use.
 
-    Each new tracer draws a test picture, so that errors in programs are found before the viewer
-    drops its present tracer.
+    A new tracer draws a test picture, to find errors in programs before the viewer drops its
+    present tracer.
 
     Attributes
     ----------

@@ -45,7 +45,7 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
 
     Returns
     -------
-    measurements from the time in which the window was open; see `Window.measured`
+    measurements from the time in which the window was open
     """
     load_scene(selection.scene)       # report a wrong scene before the window opens
 
@@ -297,8 +297,7 @@ class Window(moderngl_window.WindowConfig):
         """Run the actions of keys that do not go to a panel.
 
         Call this after the frame has begun. In a slow frame, a click into a text field and the
-        typed text arrive together, and only then does ImGui know that the text belongs to the
-        field.
+        typed text arrive together; only then does ImGui know that they belong together.
         """
         keys, link, viewer = self.wnd.keys, self.link, self.viewer
         self._held = set()

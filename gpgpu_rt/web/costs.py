@@ -12,9 +12,6 @@ from ..tracer import Tracer
 def ray_costs(scene: Scene, name: str, side: int) -> dict[str, Any]:
     """Return the costs of ``side`` x ``side`` eye rays, ready for JSON.
 
-    The tracer counts, because the page's script could count only states that passes leave in
-    textures.
-
     Returns
     -------
     ``steps`` and ``nodes`` are (mean, largest) per ray; ``nodes`` is None for a method without

@@ -1,10 +1,10 @@
 """The description of a schedule's passes, made from the passes that a tracer draws.
 
-The host draws a picture of test rays and observes the passes. Equal passes have the same program,
-inputs and target. The description names the passes before the first repetition, and the passes of
-a cycle, which the page's script (passes.js) repeats until no ray is alive. A cycle consists of
-turns, each of which begins with the cycle's first program. Several turns are needed if successive
-turns write to different targets.
+The host observes the passes of a picture of test rays. Equal passes have the same program, inputs
+and target. The description names the passes before the first repetition, and the passes of a
+cycle, which the page's script (passes.js) repeats until no ray is alive. A cycle consists of
+turns, each of which begins with the cycle's first program: successive turns may write to different
+targets.
 """
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from .page_data import NotInBrowser, PageData
 from .structure import structure_of
 
 EYE = "drivers/eye_rays.frag"
-# Passes that mark and count rays. The player, the page's script (player.js and passes.js), counts
-# by its own program.
+# Passes that mark and count rays, which the page's script (player.js and passes.js) does by its
+# own program.
 COUNTING = ("drivers/mask.frag", "drivers/classify.frag", "drivers/tile_counts.frag")
 PUSH = "drivers/push.frag"
 PACKET_HITS = "drivers/packet_hits.frag"

@@ -1,8 +1,7 @@
 """Export: the passes of a method, as a description that the page's player runs.
 
 The host draws a few passes and observes them. The description names the programs in GLSL ES, the
-tables, and what each pass reads and writes. The player (player.js and passes.js) knows no method:
-it draws the passes in order, and repeats the passes of a cycle until no ray is alive.
+tables, and what each pass reads and writes. The player (player.js and passes.js) knows no method.
 """
 from __future__ import annotations
 

@@ -111,8 +111,8 @@ def _map(scene: Scene, name: str) -> Heat:
 
 def _index(scene: Scene, maps: Mapping[str, Heat], twins: Mapping[Twin, Scene],
            left_out: Mapping[str, str]) -> str:
-    # A scale up to the steps of brute force would make every other map dark, so it ends at the
-    # median of the maps' 99 % quantiles.
+    # The scale ends at the median of the maps' 99 % quantiles: the steps of brute force would make
+    # all other maps dark.
     ends = [one.summary()["quantile_99"] for one in maps.values()] or [1.0]
     highest = max(1.0, statistics.median(ends))
     cards = [_card(find_method(name), one, scene, highest) for name, one in maps.items()]

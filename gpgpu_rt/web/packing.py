@@ -1,8 +1,8 @@
 """Packing: float32 tables as short texts, from which the page recovers the same bits.
 
 A table is cut into columns, one for each component of each texel of its record. Every number is
-predicted, and the differences are stored byte plane by byte plane: bytes of equal rank resemble
-each other, so they compress well. `unpack.js` reverses these steps.
+predicted, and the differences are stored byte plane by byte plane, which compresses well.
+`unpack.js` reverses these steps.
 """
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ def packed_table(values: np.ndarray) -> dict[str, Any]:
     Returns
     -------
     dict
-        "values": the number of values; "width": the number of columns; "columns": [number, codes]
-        of each column, in the order in which "data" holds the columns; "data": the bytes of all
-        columns, compressed by raw deflate, as base64. Codes are [kind, prediction, byte planes],
-        or [key column, last class, a list of the codes of each class] for a column whose rows are
-        divided by the values of another column.
+        "values" and "width": the numbers of values and of columns; "columns": [number, codes] of
+        each column, in the order of "data": the bytes of all columns, compressed by raw deflate,
+        as base64. Codes are [kind, prediction, byte planes], or [key column, last class, a list of
+        the codes of each class] for a column whose rows are divided by the values of another
+        column.
     """
     flat = np.ascontiguousarray(values, "<f4").ravel()
     components = 1 if np.ndim(values) == 1 else np.shape(values)[1]

@@ -8,8 +8,8 @@ from ..interrupts import left_to_this_process
 from . import logs
 
 LOOPBACK = "127.0.0.1"
-# The time that Dask waits for a killed local process to restart, before it gives the process up.
-# On a busy machine, the restart can take longer than Dask's default of 15 s.
+# The time that Dask waits for a killed local process to restart. On a busy machine, the restart
+# can take longer than Dask's default of 15 s.
 LOST = "30 days"
 
 
@@ -20,7 +20,7 @@ def local_cluster(count: int | None, threads: int | None) -> Any:
 
     Notes
     -----
-    Dask's dashboard is off, but its HTTP server still starts on a free port, without any page.
+    Dask's dashboard is off. Its HTTP server still starts on a free port, without any page.
     """
     import dask
     dask.config.set({"distributed.deploy.lost-worker-timeout": LOST})

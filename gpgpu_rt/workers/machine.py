@@ -19,7 +19,7 @@ from ..disk.own_folder import open_lock, own_folder
 
 Processes = Callable[[], Iterable[int]]     # returns the present process ids
 
-_turn = threading.RLock()      # only one thread of this process at a time uses the machine lock
+_turn = threading.RLock()      # one thread at a time uses the machine lock
 _held: list[IO[bytes]] = []    # the lock file, while this process has locked it
 _alone: list[IO[bytes]] = []   # the lock file, while this process has locked it exclusively
 _told: list[Callable[[], object]] = []    # the function to call before waiting for the lock
@@ -36,8 +36,7 @@ def taken(waiting: Callable[[], object] = lambda: None) -> Iterator[None]:
 
     Notes
     -----
-    The lock is an operating system lock on a file of this user. It is released when its process
-    ends for any reason.
+    The lock is an operating system lock on a file of this user, which ends with its process.
     """
     with _turn:
         if _held:
@@ -86,8 +85,7 @@ def alone() -> Iterator[None]:
 
 @contextlib.contextmanager
 def helped(by: Processes) -> Iterator[None]:
-    """Return a context in which other processes of this machine, the helpers, work for this
-    process.
+    """Return a context in which other processes of this machine, the helpers, work for this one.
 
     While this process holds the exclusive lock (`alone`), its helpers are stopped in the middle of
     their work. Helpers need no lock themselves.

@@ -1,6 +1,6 @@
 """Tasks: the functions that run in a worker.
 
-A worker is a process with one OpenGL context. It keeps the last tracers that it made.
+A worker is a process with one OpenGL context and the last tracers that it made.
 """
 from __future__ import annotations
 

@@ -29,8 +29,8 @@ from .local import local_cluster
 LOCAL = "local"
 MOST_KEPT = 16      # number of scenes and structures that stay in the workers' memory
 PART = 1 << 16      # smallest number of rays in a part, approximately
-# The number of image rows in each part but the last is a multiple of ROWS, and so of the height of
-# packets: the packets of a part are packets of the whole image.
+# Parts (but the last) have a multiple of ROWS image rows, so their packets are packets of the
+# whole image.
 ROWS = 8
 PATIENCE = "10s"    # time to wait for a scheduler's answer, and for its first worker
 TILE = 128          # side in pixels of the tiles that workers draw
@@ -60,9 +60,9 @@ class Workers:
 
     Notes
     -----
-    A scene is sent once. A structure is built once and sent as cache files. Both are identified by
-    digests. If a worker is killed, other workers run its tasks. Local processes start by "spawn",
-    so a script that opens them needs ``if __name__ == "__main__":``. Opening them sets Dask's
+    A scene is sent once. A structure is built once and sent as cache files. If a worker is killed,
+    other workers run its tasks. Local processes start by "spawn", so a script that opens them
+    needs ``if __name__ == "__main__":``. Opening them sets Dask's
     ``distributed.deploy.lost-worker-timeout`` in this process.
     """
 

@@ -1,7 +1,6 @@
 """Converts the project's docstrings to reStructuredText, which Sphinx reads.
 
-The docstrings have numpy's sections. In Parameters and Attributes, ``name : meaning`` begins an
-entry.
+In numpy's sections Parameters and Attributes, ``name : meaning`` begins an entry.
 """
 from __future__ import annotations
 

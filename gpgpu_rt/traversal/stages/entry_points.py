@@ -1,9 +1,9 @@
 """Entry points: passes at low resolution find the nodes where each tile's rays enter the tree.
 
-The method follows Reshetov et al. 2005. An entry is a node at which rays begin. From small tiles
-to large tiles, the first passes bound the rays of each tile by a beam. From large tiles to small
-tiles, the next passes find a list of entries for each tile: a tile's beam refines the list of the
-larger tile around it. Any driver can then trace the rays from the entries of their smallest tile.
+The method follows Reshetov et al. 2005. An entry is a node at which rays begin. From small to
+large tiles, the first passes bound the rays of each tile by a beam. From large to small tiles, the
+next passes find each tile's list of entries: its beam refines the list of the larger tile around
+it. Any driver can then trace rays from the entries of their smallest tile.
 """
 from __future__ import annotations
 
@@ -131,8 +131,8 @@ class EntryPoints(MethodDriver):
 class EntryTiles:
     """The tiles of one size: their beams, their entries, and the entries as lists for rays.
 
-    A pass writes the entries into several textures; another pass copies them into a single
-    texture, from which rays read lists.
+    A pass writes entries into several textures; another copies them into the single texture that
+    rays read.
     """
 
     def __init__(self, owner: EntryPoints, size: tuple[int, int]) -> None:

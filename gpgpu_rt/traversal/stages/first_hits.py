@@ -50,16 +50,16 @@ from .first_image import BLOCK, PART_SIDE, FirstImage, cut
 from .records import PART, SHOWN, SHOWN_BLOCK, SHOWN_FOUR, VERDICT
 
 FIRST_HITS = ("traced", "rasterised", "verified")
-# A triangle nearer to the eye than this share of the distance to the scene's farthest corner has
-# no bound in pixels.
+# No bound in pixels for a triangle nearer to the eye than this share of the distance to the
+# scene's farthest corner.
 NEAREST = 1e-3
 MOST_PIXELS = 24     # split the search into parts if a triangle's extent in pixels is larger
 MOST_IN_DOUBT = 0.5  # if a larger share of the rays is in doubt, all rays are traced
 TRACED_ROW = 64      # length of a row of rays in doubt; rows keep neighbours together for packets
 BEFORE, MANY = 1, 2   # as in stages/verdict.glsl
 # Use the rasteriser only if the distance from the eye to the scene's farthest corner, and the
-# lengths of the camera's vectors right and up, are in this range. Outside the range, products in
-# the triangle test or in the bounds could overflow or underflow.
+# lengths of the camera's right and up, are in this range: outside, the triangle test or the bounds
+# could overflow or underflow.
 SCALES = 1e-6, 1e10
 
 
@@ -329,8 +329,8 @@ class FirstHits(DriverBase):
                          lambda part: part[0].length >= count)
 
     def _textures_in_doubt(self, count: int) -> tuple[RayTextures, StateBuffers, moderngl.Texture]:
-        """Return textures for ``count`` rays in doubt. New textures hold twice ``count`` rays, so
-        they are seldom remade."""
+        """Return textures for ``count`` rays in doubt, twice as large as needed so that they are
+        seldom remade."""
         size = (TRACED_ROW, 2 * -(-count // TRACED_ROW))
         return self.keep("in doubt", lambda: (
             RayTextures(self.gpu, size, self.precision),

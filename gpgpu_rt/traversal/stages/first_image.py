@@ -24,13 +24,13 @@ class FirstImage:
 
     Attributes
     ----------
-    drawn : target of the candidates, which the depth test chooses
-    shown : target of each pixel's depth and triangle
+    drawn : the candidates, which the depth test chooses
+    shown : each pixel's depth and triangle
     fours : the data of ``shown``, where each texel holds four pixels of a row
     blocks : the depths and triangles of squares whose side is BLOCK pixels
-    verified : target of the hits, and the flags of rays in doubt
-    proved : target of the hits, the flags of rays in doubt, and each pixel's depth and triangle
-    doubted : target with only the flags of rays in doubt
+    verified : the hits, and the flags of rays in doubt
+    proved : the hits, the flags of rays in doubt, and each pixel's depth and triangle
+    doubted : only the flags of rays in doubt
     """
 
     def __init__(self, gpu: Gpu, buffers: StateBuffers, final: Target) -> None:

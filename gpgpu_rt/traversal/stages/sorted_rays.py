@@ -1,9 +1,9 @@
 """Sorts rays before a traversal by any driver.
 
-The survey proposes sorting (section 4.3) without measuring it. A ray's key consists of two cells:
-where the ray begins, and where it leaves the scene. ``gl/algorithms/sort.py`` sorts the keys. The
-sorted rays fill squares of 8x8 texels, so packets and tiles hold coherent rays. After the
-traversal, each hit is written back to the place of its ray.
+The survey proposes sorting (section 4.3) without measuring it. A ray's key consists of the cells
+where the ray begins and where it leaves the scene (see ``gl/algorithms/sort.py``). The sorted rays
+fill squares of 8x8 texels, so packets and tiles hold coherent rays. Hits are then written back to
+the places of their rays.
 """
 from __future__ import annotations
 
