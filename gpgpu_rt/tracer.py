@@ -44,8 +44,8 @@ class Tracer:
     Parameters
     ----------
     scene : Scene, trimesh.Trimesh, a scene's name or a mesh file
-    method : a name from ``methods()``, "auto", or ``Choices``: a method each for coherent and for
-        incoherent rays (whose accelerator is built at their first call). After a call,
+    method : a name from ``methods()``, "auto", or ``Choices``: a method for coherent rays and a
+        method for incoherent rays, whose accelerator is built at their first call. After a call,
         ``statistics.choice``, ``method`` and ``options`` describe the used method. "auto" uses the
         ``Choices`` that `tune` stored for this scene and renderer, or else a safe default
     options : the options below, and the options that ``gpgpu-rt methods NAME`` prints for a method
@@ -86,8 +86,8 @@ class Tracer:
         Parameters
         ----------
         path : a file that `gpgpu-rt tune` wrote
-        force : use the file even if it was made for another scene or renderer, without its error
-            bounds
+        force : use the file even if it was made for another scene or renderer; its error bounds
+            are then not guaranteed
         options : more options. Only ``statistics`` and ``context`` may differ from the file
 
         Raises
@@ -183,8 +183,8 @@ class Tracer:
     def occluded(self, origins: np.ndarray, directions: np.ndarray,
                  t_max: float | np.ndarray = np.inf, t_min: float | np.ndarray = 0.0,
                  shape: tuple[int, int] | None = None, invalid: str = "raise") -> np.ndarray:
-        """Return (n,) bool, whether each ray hits any triangle in [t_min, t_max], not necessarily
-        the nearest.
+        """Return (n,) bool, whether each ray hits any triangle in [t_min, t_max]. A ray ends at
+        the first hit that is found.
 
         Parameters
         ----------
@@ -255,10 +255,11 @@ class Tracer:
         integrator : "direct" shows light and shadows, "whitted" (default) also mirrors and glass,
             "path" also light that bounces. After "path", ``radiance`` holds the unclipped result.
         progress : Called as progress(samples done, samples in total, noise so far, or infinity).
-        first_hits : With "rasterised", the rasteriser finds the hits of eye rays, and the method
-            traces the eye rays whose hit is in doubt; hits equal those of "traced" to the bit.
-            With "verified", a hit is not proved to be the nearest, so a few pixels may show a
-            triangle behind the nearest one. ``statistics.first_hits`` counts the traced eye rays.
+        first_hits : With "traced", the method traces all eye rays. With "rasterised", the
+            rasteriser finds their hits, and the method traces the eye rays whose hit is in doubt;
+            hits equal traced hits to the bit. With "verified", a hit is not proved to be the
+            nearest, so a few pixels may show a triangle behind the nearest one.
+            ``statistics.first_hits`` counts the traced eye rays.
         region : Pixels to draw, (x, y, width, height) from the top left, the same to the bit as in
             the whole picture; None draws all. The option ``noise`` of "path" then applies to the
             region.

@@ -4,9 +4,9 @@ Names, arguments, shapes and the order of results are as in ``trimesh.ray``, wit
 
 * The hits are sorted by ray, and the hits of a ray by (t, triangle). All hits are found, including
   hits on coincident triangles (see ``session/all_hits.py``).
-* Intersection is computed in float32, which is too coarse far from the origin. So a mesh farther
-  from the origin than its size is moved to the origin, and positions of hits are computed, in
-  float64.
+* Intersection is computed in float32, which is too coarse far from the origin. A mesh farther from
+  the origin than its size is therefore moved to the origin in float64. The positions of hits are
+  computed in float64.
 * A place is a point where a ray passes through the mesh; at an edge or a vertex, it has several
   triangles. ``intersects_location`` returns each place once, with its first triangle.
   ``intersects_id`` returns all triangles of a place, as trimesh's own engine does, or with

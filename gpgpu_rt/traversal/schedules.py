@@ -33,11 +33,11 @@ from .method import Method
 from .records import ENTRIES, ENTRY_LIST, ENTRY_TILE, PACKET_ENTRY
 from .stack_atlas import StackAtlas
 
-# llvmpipe ends a shader's loops silently after 65,535 iterations. Below that, few rays end early,
-# and have to continue in the next pass.
+# llvmpipe ends a shader's loops silently after 65,535 iterations. A lower limit makes early ends
+# rare; the ray then continues in the next pass.
 LOOP_STEPS = 60_000
 
-# Count the rays of each tile again when fewer than this share of the last live rays are live.
+# Count the rays of each tile again when the live rays fall below this share of the last count.
 FEWER = 0.7
 MASKED = 0.0    # depth of a masked ray
 
@@ -99,7 +99,7 @@ class Traversal(MethodDriver):
     def _run_loop(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                   any_hit: bool) -> tuple[Target, int]:
         self.gpu.context.enable_only(moderngl.NOTHING)
-        # States in textures serve counters, which are part of them, and observers.
+        # Counters and observers need states in textures.
         in_textures = self.statistics_on or self._overran or self.gpu.observers.states
         if not in_textures and self._finish_all(rays, buffers, statistics, any_hit):
             return buffers.side(0), 0

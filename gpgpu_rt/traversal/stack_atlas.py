@@ -59,8 +59,8 @@ class StackAtlas:
         self.gpu.context.enable_only(moderngl.DEPTH_TEST)
 
     def _on_every_level(self, live: Rectangles | None) -> Rectangles | None:
-        """Return the rectangles of ``live``, repeated in each level's tile, or None for the whole
-        atlas if they would exceed MOST_RECTANGLES."""
+        """Return the rectangles of ``live``, repeated in each level's tile. None stands for the
+        whole atlas, also if MOST_RECTANGLES would be exceeded."""
         if live is None or live.count * len(self._corners) > MOST_RECTANGLES:
             return None
         if live.corners is not self._live:

@@ -31,8 +31,8 @@ class Pace:
     def estimate(self, divisor: int) -> float | None:
         """Return the estimated time of a picture in seconds, or None without measurements.
 
-        The time of the nearest measured divisor is scaled in proportion to the pixels, which is
-        too high for a finer picture, because of fixed costs.
+        The time of the nearest measured divisor is scaled in proportion to the pixels. For a finer
+        picture, the result is too high, because of fixed costs.
         """
         if not self._seconds:
             return None

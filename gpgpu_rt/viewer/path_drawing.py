@@ -14,8 +14,7 @@ MOST_BOXES = 80         # draw at most this many boxes, the last of the path
 
 
 def draw_path(path: RayPath, camera: Camera, rect: Rect) -> None:
-    """Draw a path behind all panels, in the rectangle of the picture.
-    """
+    """Draw a path behind all panels, in the rectangle of the picture."""
     pen = imgui.get_background_draw_list()
     pen.push_clip_rect(imgui.ImVec2(rect.x, rect.y),
                        imgui.ImVec2(rect.x + rect.width, rect.y + rect.height))

@@ -297,7 +297,8 @@ class Window(moderngl_window.WindowConfig):
         """Run the actions of keys that do not go to a panel.
 
         Call this after the frame has begun. In a slow frame, a click into a text field and the
-        typed text arrive together; only then does ImGui know that they belong together.
+        typed text arrive together; only after the frame has begun does ImGui know that the text
+        belongs to the field.
         """
         keys, link, viewer = self.wnd.keys, self.link, self.viewer
         self._held = set()

@@ -26,8 +26,8 @@ from .page_data import NotInBrowser, PageData
 from .structure import structure_of
 
 EYE = "drivers/eye_rays.frag"
-# Passes that mark and count rays, which the page's script (player.js and passes.js) does by its
-# own program.
+# Passes that mark and count rays. The page's player (player.js and passes.js) counts by its own
+# program instead.
 COUNTING = ("drivers/mask.frag", "drivers/classify.frag", "drivers/tile_counts.frag")
 PUSH = "drivers/push.frag"
 PACKET_HITS = "drivers/packet_hits.frag"

@@ -36,7 +36,7 @@ def taken(waiting: Callable[[], object] = lambda: None) -> Iterator[None]:
 
     Notes
     -----
-    The lock is an operating system lock on a file of this user, which ends with its process.
+    The lock is an operating system lock on a file of this user. It ends with its process.
     """
     with _turn:
         if _held:

@@ -2,8 +2,8 @@
 
 The method follows Reshetov et al. 2005. An entry is a node at which rays begin. From small to
 large tiles, the first passes bound the rays of each tile by a beam. From large to small tiles, the
-next passes find each tile's list of entries: its beam refines the list of the larger tile around
-it. Any driver can then trace rays from the entries of their smallest tile.
+next passes find each tile's list of entries: the tile's beam refines the list of the larger tile
+around it. Any driver can then trace rays from the entries of their smallest tile.
 """
 from __future__ import annotations
 

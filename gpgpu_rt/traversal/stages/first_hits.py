@@ -50,8 +50,8 @@ from .first_image import BLOCK, PART_SIDE, FirstImage, cut
 from .records import PART, SHOWN, SHOWN_BLOCK, SHOWN_FOUR, VERDICT
 
 FIRST_HITS = ("traced", "rasterised", "verified")
-# No bound in pixels for a triangle nearer to the eye than this share of the distance to the
-# scene's farthest corner.
+# A triangle nearer to the eye than this share of the distance to the scene's farthest corner has
+# no bound in pixels.
 NEAREST = 1e-3
 MOST_PIXELS = 24     # split the search into parts if a triangle's extent in pixels is larger
 MOST_IN_DOUBT = 0.5  # if a larger share of the rays is in doubt, all rays are traced
