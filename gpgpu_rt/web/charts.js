@@ -25,7 +25,7 @@ function survey(schedule, states) {
             percentile: Math.max(1, taken[Math.floor(0.99 * (taken.length - 1))])};
 }
 
-// Draws the curve of live rays, with a mark at the present step, and at the step `end` (or null) of the clicked ray.
+// Draws the curve of live rays, with marks at the present step and at the step `end` (or null) of the clicked ray.
 function drawAlive(found, step, end) {
     const chart = element("alive"), context = chart.getContext("2d"), {width, height} = chart;
     context.clearRect(0, 0, width, height);
@@ -57,7 +57,7 @@ function drawAlive(found, step, end) {
         + `are alive (${(100 * count / all).toFixed(1)} %)`;
 }
 
-// Draws the scale of the heat map with the program that draws the picture, as a row of rays with increasing steps.
+// Draws the scale of the heat map with the program of the picture, as a row of rays with increasing steps.
 function drawRamp() {
     const {width: pixels, height} = element("ramp"), context = element("ramp").getContext("2d");
     const counts = new Float32Array(4 * pixels).map((_, k) => k % 4 ? 0 : k / 4 / (pixels - 1));
@@ -76,7 +76,7 @@ function drawRamp() {
     freeTargets("legend");
 }
 
-// Writes the kernels' names beside their colours, and numbers of steps below the scale of the heat map's colours.
+// Writes the kernels' names beside their colours, and numbers of steps below the heat map's scale.
 function nameLegends(kernels, scale) {
     element("waits").replaceChildren(...kernels.map((name, k) => {
         const one = document.createElement("span"), chip = document.createElement("i");

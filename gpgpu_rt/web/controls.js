@@ -20,7 +20,7 @@ function isLost() {
     return lost || gl.isContextLost();
 }
 
-// Traces and shows what is chosen. With `plays`, shows a sequence of steps after the present step.
+// Traces and shows what is chosen. `plays` shows a sequence of steps after the present step.
 async function show(plays = false) {
     wanted = true;
     playing = plays;
@@ -76,8 +76,7 @@ async function draws() {
     if (counts && !wanted) await countWhole(drawn, camera, side);
 }
 
-// Traces the rays of a picture that stops at a step to their ends, and counts the live rays after each step, unless
-// these counts are known.
+// Counts the live rays after each step of a picture that stops at a step, unless the counts are known.
 async function countWhole(drawn, camera, side) {
     if (presentSurvey()) return;
     const whole = await trace(drawn, camera, side, side, {place: "count", stopped: () => wanted});
@@ -85,7 +84,6 @@ async function countWhole(drawn, camera, side) {
     freeTargets("count");
 }
 
-// Draws a picture of states into the canvas.
 function paint(found, drawn, camera, side) {
     const stepwise = drawn.repeats;
     const [[phase, a], [steps, b]] = stepwise ? ["phase", "steps"].map((name) => field(drawn, name)) : [[0, 0], [0, 0]];
@@ -111,7 +109,7 @@ function progress(began, drawn, camera, side) {
     };
 }
 
-// Returns the function that shows the steps of a trace after the step `from`. The reader sees wavefronts advance.
+// Returns the function that shows the steps of a trace after the step `from`.
 function played(from, drawn, camera, side) {
     const stride = Math.max(1, Math.round((presentSurvey() ? counted.last : 1) / PLAYED));
     return async (states, step) => {
@@ -123,7 +121,7 @@ function played(from, drawn, camera, side) {
     };
 }
 
-// The cost of pictures, to choose a size that answers at once while the camera turns ----------------------
+// The cost of pictures, to choose a size that answers at once ----------------------
 
 const costs = new Map();
 function costKey(name) {
@@ -160,7 +158,7 @@ function count(drawn, found, camera, side) {
     steps();
 }
 
-// Shows the present step beside the picture, in the chart, in space and in the program.
+// Shows the present step in the slider, the chart, the space and the program.
 function steps() {
     const slider = element("pass"), found = presentSurvey();
     slider.value = chosen.most === null ? slider.max : chosen.most;
@@ -185,7 +183,6 @@ function rescale(scale) {
 
 // The clicked ray -----------------------------------------------------------------------------------------
 
-// Traces the path of the clicked ray, unless it is known.
 async function follow() {
     if (!chosen.ray) {
         path = null;
@@ -203,7 +200,7 @@ async function follow() {
     steps();
 }
 
-// Draws the ray in space at the present step, and marks the kernel that runs next.
+// Draws the ray in space at the present step, and marks the next kernel.
 function spaceAt() {
     const whole = chosen.most === null || schedule().cycles.length > 1, step = whole ? Infinity : chosen.most;
     const states = path && path.states;
@@ -222,7 +219,6 @@ function spaceAt() {
     markKernel(states ? states[Math.min(step, states.length - 1)].kernel : "", !playing);
 }
 
-// Writes the hit and the state of a ray.
 function describe(x, y) {
     const hit = readTexture(result.hit, 1, 1, x, y), drawn = result.schedule;
     path.hit = hit;
@@ -240,8 +236,7 @@ function describe(x, y) {
 
 // Choices -------------------------------------------------------------------------------------------------
 
-// Chooses the method that is selected in the list, a schedule by its name, and the step at which the search stops, or
-// null for the whole search.
+// Chooses the selected method, a schedule, and the step at which the search stops, or null for the whole search.
 function choose(name = element("schedule").value, most = null) {
     chosen.method = page.methods.find(({name}) => name === element("method").value);
     const names = Object.keys(chosen.method.schedules), list = element("schedule");
@@ -290,18 +285,18 @@ function showProgram() {
     showText(page.texts[drawn.passes[number].fragment], drawn.structure.kernels);
 }
 
-// The sine of the angle between the direction of a view and the camera's upward direction.
+// The sine of the angle between a view and the camera's upward direction.
 function slant(eye, {target: at, up}) {
     return Math.hypot(...cross(unit(eye.map((x, k) => x - at[k])), unit(up)));
 }
 
-// Whether the view from `eye` is far enough from the upward direction, or, apart from rounding, as far as the view of
-// the given camera.
+// Whether the sine of the view from `eye` and the upward direction is at least 0.1, or, apart from rounding, at least
+// as large as the given camera's.
 function sideways(eye, camera) {
     return slant(eye, camera) >= Math.min(0.1, slant(camera.eye, camera) * (1 - 1e-6));
 }
 
-// Keeps the choices after the "#" of the address, so that a link shows what its sender saw.
+// Keeps the choices after the "#" of the address, for links.
 function remember() {
     const choices = new URLSearchParams({method: chosen.method.name, schedule: chosen.schedule,
                                          rays: element("size").value});
@@ -317,8 +312,8 @@ function remember() {
     }
 }
 
-// Returns the schedule's name and the step (null for the whole search) of the address. Without a schedule, step or
-// ray, the page opens in mid-search, with the ray that takes the most steps.
+// Returns the schedule's name and the step (null for the whole search) of the address. By default, the page opens in
+// mid-search, with the ray that takes the most steps.
 function recall() {
     const choices = new URLSearchParams(location.hash.slice(1));
     const numbers = (name) => (choices.get(name) || "").split(",").map(Number);

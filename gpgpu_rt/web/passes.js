@@ -90,9 +90,8 @@ function bound(pass, made, output, textures, own, rays) {
     return (live) => draw(pass.vertex, pass.fragment, into, uniforms, inputs, ...spread(live, into));
 }
 
-// Returns the rectangles of live rays in a target, and the side in texels of the rectangles' unit: the rays of a
-// packet if the states belong to packets and the target holds rays. An atlas has several tiles of the size of the
-// states.
+// Returns the rectangles of live rays in a target, and the side in texels of their unit: the rays of a packet if the
+// states belong to packets and the target holds rays. An atlas has several tiles of the states' size.
 function spread(live, {tile, across, levels}) {
     const [width, height] = live ? live.size : tile, texels = tile[0] / width;
     if (!live || !live.corners || !Number.isInteger(texels) || tile[1] !== texels * height
@@ -106,7 +105,7 @@ function spread(live, {tile, across, levels}) {
     return [all, texels];
 }
 
-// Returns the name of the owners of states: rays, or packets of several rays.
+// Returns the owners of states: rays, or packets of several rays.
 function searchers(schedule) {
     return schedule.targets[schedule.start.states].of.some((size) => size < 1) ? "packets" : "rays";
 }
@@ -116,8 +115,8 @@ function field(schedule, name) {
     return [texel, "xyzw".indexOf(swizzle)];
 }
 
-// Counts the rays, or packets, that wait for each kernel, in squares of TILE x TILE. `steps` returns the largest number
-// of steps of a ray.
+// Counts the rays, or packets, that wait for each kernel, in squares of TILE x TILE. `steps` returns a ray's largest
+// number of steps.
 function look(schedule, states, place) {
     const [[phase, a], [steps, b]] = [field(schedule, "phase"), field(schedule, "steps")];
     const size = sizeOf.get(states[phase]), [across, down] = size.map((length) => Math.ceil(length / TILE));
@@ -130,8 +129,8 @@ function look(schedule, states, place) {
             steps: () => read(into, 1).reduce((most, count) => Math.max(most, count), 0)};
 }
 
-// Returns the corners of rectangles, each a run of squares in a row, that cover the squares with rays that wait for a
-// kernel (any kernel for 0). Returns null if all squares have such rays.
+// Returns the corners of rectangles (runs of squares in a row) around the rays that wait for a kernel, or with 0, for
+// any kernel. Returns null if all squares have such rays.
 function rectanglesOf({squares, across, down}, kernel) {
     const corners = [], waits = (at) => kernel ? squares[at + kernel - 1] > 0
         : squares[at] + squares[at + 1] + squares[at + 2] + squares[at + 3] > 0;

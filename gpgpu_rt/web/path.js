@@ -4,7 +4,6 @@
 const ROW = 1024;           // states in a row of the texture that keeps them
 const MOST_STATES = 8192;   // a longer path is cut off
 
-// Promises of tables' values, read back from the passes' textures.
 const tableValues = new Map();
 function valuesOf(number) {
     return cached(tableValues, number, async () => {
@@ -24,7 +23,7 @@ async function reader(drawn, name) {
     };
 }
 
-// Returns the number of the table that a sampler of the passes reads.
+// Returns the number of the table behind a sampler.
 function tableOf(drawn, sampler) {
     return Number(drawn.passes.map(({inputs}) => inputs[sampler]).find((one) => one).split(":")[1]);
 }
@@ -70,7 +69,7 @@ async function splitBoxes(drawn) {
 
 const splitTrees = new Map();
 
-// Returns a promise of the parents of a kd-tree's nodes: -1 for the root and for records without a node.
+// Returns a promise of the parents of a kd-tree's nodes, or -1.
 function parentsOf(drawn, axis, left) {
     const [sampler, texels] = drawn.structure.places.left, number = tableOf(drawn, sampler);
     return cached(splitTrees, number, async () => {
@@ -88,7 +87,7 @@ function parentsOf(drawn, axis, left) {
     });
 }
 
-// Returns (state) -> the corners of the triangle that the state's kernel tests next, or null.
+// Returns (state) -> the corners of the triangle to test next, or null.
 async function triangleReader(drawn) {
     const {places} = drawn.structure;
     if (!places.v0) return () => null;

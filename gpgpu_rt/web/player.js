@@ -8,7 +8,7 @@ const {NO_TRIANGLE, TILE} = page.constants;   // TILE: side of the squares of ra
 const UNWRITTEN = -2;      // what a target holds where no fragment wrote
 const SLICE = 30;           // milliseconds of passes between two pauses for the page's events
 
-// After the WebGL context is lost, calls fail in many places. Listeners tell the reader, so no other message is
+// Calls fail in many places after the WebGL context is lost. Listeners tell the reader, so no other message is
 // needed.
 class LostContext extends Error {}
 let losses = 0;             // how often the context was lost
@@ -68,7 +68,7 @@ function texture(width, height, components, values) {
 
 const values = (number) => unpacked(page.tables[number]);
 
-// Promises of tables' textures. Passes that ask for the same table share its promise and its texture.
+// Promises of tables' textures, which passes share.
 const tables = new Map();
 function table(number) {
     return cached(tables, number, tableTexture);
@@ -87,7 +87,7 @@ async function tableTexture(number) {
     return texture(width, height, components, texels);
 }
 
-// The promise of the corners of the scene's triangles, nine numbers per triangle.
+// The promise of the corners of the scene's triangles, nine numbers each.
 let corners = null;
 function sceneCorners() {
     return corners ??= expandedCorners();
@@ -140,8 +140,8 @@ if (!runnable.length) fail(`No method of this page runs here: ${page.methods[0].
 
 const targets = new Map();
 
-// Returns the render target named `place`, such as "picture 0", for `width` x `height` rays. `of` is the width and
-// height of a tile in texels per ray. With several `levels`, each level has a tile of the target, which is an atlas.
+// Returns the render target named `place`, such as "picture 0", for `width` x `height` rays. `of` is the size of a
+// tile in texels per ray. With several `levels`, the target is an atlas with a tile for each level.
 function target(place, {of = [1, 1], outputs, components = 4, levels = 1}, width, height) {
     const key = JSON.stringify([place, of, outputs, components, levels, width, height]);
     if (!targets.has(key)) {
@@ -163,7 +163,7 @@ function target(place, {of = [1, 1], outputs, components = 4, levels = 1}, width
 
 const stamps = new Map();       // first word of the targets' names -> the number of traces that drew there
 
-// Frees the targets whose names begin with the word `place`. With `keepsLast`, the targets of the last trace stay.
+// Frees the targets whose names begin with the word `place`; `keepsLast` keeps those of the last trace.
 function freeTargets(place, keepsLast = false) {
     for (const [key, {framebuffer, textures, stamp}] of targets) {
         if (!key.startsWith(`["${place} `) || keepsLast && stamp === stamps.get(place)) continue;
@@ -175,7 +175,7 @@ function freeTargets(place, keepsLast = false) {
 
 const programs = new Map();
 
-// Starts the compilation of a program, perhaps in the background.
+// Starts the compilation of a program.
 function started(vertex, fragment) {
     const key = `${vertex} ${fragment}`;
     if (!programs.has(key)) {
@@ -194,7 +194,7 @@ function started(vertex, fragment) {
     return programs.get(key);
 }
 
-// Waits until the programs of passes are compiled.
+// Waits until passes' programs are compiled.
 async function compiled(passes) {
     for (const {made} of passes.map(({vertex, fragment}) => started(vertex, fragment))) {
         while (parallel && !gl.getProgramParameter(made, parallel.COMPLETION_STATUS_KHR) && !gl.isContextLost()) {
@@ -229,8 +229,7 @@ function setUniform({type, place}, values) {
 
 let rectangleBuffer = null;
 
-// Draws a pass on rectangles, four numbers each: left, top, right and bottom in units of `unit` texels; null draws
-// the whole target.
+// Draws a pass on rectangles (left, top, right, bottom, in units of `unit` texels), or with null on the whole target.
 function draw(vertex, fragment, into, uniforms, inputs, rectangles = null, unit = 1) {
     const {made, uniforms: known} = program(vertex, fragment);
     gl.useProgram(made);
