@@ -9,7 +9,7 @@ def counted(number: int, thing: str) -> str:
 
 
 def shortened(value: object) -> str:
-    """Return a value's text in at most 80 characters; an int can have thousands of digits."""
+    """Return a value's text in at most 80 characters."""
     try:
         words = repr(value)
     except ValueError:      # Python refuses to write so many digits

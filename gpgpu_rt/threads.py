@@ -15,7 +15,6 @@ Run = Callable[..., Iterable[Any]]    # `map`, or the `map` of a thread pool
 
 
 def cores() -> int:
-    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -277,7 +277,6 @@ def _kind(given: object) -> str:
 
 
 def _advice(given: object) -> str:
-    """Return the expression that makes a mesh."""
     if isinstance(given, (str, os.PathLike)):
         return f"trimesh.load_mesh({os.fspath(given)!r})"
     return ("scene.to_mesh()" if isinstance(given, trimesh.Scene)

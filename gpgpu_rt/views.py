@@ -43,7 +43,6 @@ def table(name: str, facts: Iterable[tuple[str, str]], picture: Image.Image | No
 
 
 def in_notebook() -> bool:
-    """Return whether the program runs in a notebook."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     return getattr(shell, "kernel", None) is not None
 

@@ -102,7 +102,6 @@ class Driver:
         return log.value.decode().strip()
 
     def draw(self, program: int) -> None:
-        """Draw a triangle into a texture of 64 x 64 texels."""
         name = c_uint()
         self("glGenTextures", None, c_int, POINTER(c_uint))(1, byref(name))
         self("glBindTexture", None, c_uint, c_uint)(0x0DE1, name)

@@ -31,7 +31,6 @@ def main() -> int:
 
 
 def build(output: Path) -> int:
-    """Builds the site and returns the exit status."""
     from docsite.staging import stage
     from sphinx.cmd.build import build_main
     if output.exists() and any(output.iterdir()) and not (output / "searchindex.js").exists():

@@ -91,7 +91,6 @@ def _work(pipe: Connection, kind: str, first: int, last: int) -> None:
 
 
 def run_cases(kind: str, count: int, seed: int) -> dict[str, Any]:
-    """Run ``count`` cases from a seed on."""
     begun, ends, faults = time.monotonic(), Counter[str](), []
     slowest, peak, at = 0.0, 0, seed
     context = multiprocessing.get_context("spawn")

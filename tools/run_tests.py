@@ -30,7 +30,6 @@ def renderer_of(backend: str, **environment: str) -> str:
 
 
 def backends() -> dict[str, str]:
-    """Return the renderer of each backend, or "" without a context."""
     return {backend: renderer_of(backend) for backend in ("osmesa", "egl")}
 
 

@@ -108,7 +108,6 @@ def _nv40_instructions(operation: str, operands: str) -> int:
 
 
 def write(card: str, drivers: Path, programs: Iterable[static_costs.EraProgram]) -> None:
-    """Compile programs for a card and write its file."""
     entries, driver = {}, ""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "program.frag"

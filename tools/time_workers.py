@@ -22,7 +22,6 @@ CELLS = [Cell("shirley6", "kd-restart", (("max_depth", depth),), 64,
 
 
 def seconds(workers: Workers) -> float:
-    """Return the seconds to measure all cells anew."""
     with tempfile.TemporaryDirectory() as folder:
         began = time.perf_counter()
         measure(CELLS, Path(folder), workers=workers)

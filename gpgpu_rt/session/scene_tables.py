@@ -64,7 +64,6 @@ class SceneTables(dict[str, dict[str, moderngl.Texture]]):
         return {name: texture_bytes(table.values()) for name, table in self.items()}
 
     def keep(self, records: Tables) -> None:
-        """Free all other tables."""
         for name in self.keys() - {record.name for record in records}:
             del self.written[name], self.integers[name]
             release(self.pop(name))

@@ -155,7 +155,6 @@ class Sessions:
 
     @contextmanager
     def counting(self) -> Iterator[None]:
-        """See `Tracer.counting`."""
         if self.choices.differ:
             raise OptionError("counting needs a tracer with a single method, but this tracer has "
                               "two; make it with statistics=True, or with a single method")

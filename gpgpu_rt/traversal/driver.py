@@ -126,7 +126,6 @@ class DriverBase:
         return part
 
     def drop(self, name: str) -> None:
-        """Release the part ``name``, if it exists."""
         release(self.kept.pop(name, None))
 
     def draw(self, program: FullScreenPass, target: Drawable, samplers: Samplers,
@@ -177,7 +176,6 @@ class MethodDriver(DriverBase):
             program.set(**self.uniforms())
 
     def state_program(self, file: str, state: Record) -> FullScreenPass:
-        """Return a program of ``glsl/drivers/`` that reads only a state."""
         record = self.precision.layout(state)
         return self.program((file, record), lambda: FullScreenPass(
             self.gpu, f"drivers/{file}.frag", {}, {"streams": record.stream_glsl(writes=False)}))
@@ -191,5 +189,4 @@ class MethodDriver(DriverBase):
         return program.count(buffers.mask, states.samplers(), statistics, DRAWN)
 
     def count_stopped(self, final: Target, buffers: StateBuffers, statistics: Statistics) -> int:
-        """Return the number of stopped rays."""
         return self.count_phase(UNFINISHED, final, buffers, statistics)

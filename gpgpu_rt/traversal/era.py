@@ -52,7 +52,6 @@ class EraKernel:
     writes_hit: bool
 
     def source(self, dialect: str) -> Source:
-        """Return the text in a dialect."""
         return resolve(f"era/{dialect}.frag", self.defines, self.virtual)
 
 

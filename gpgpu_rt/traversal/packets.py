@@ -104,7 +104,6 @@ class PacketTraversal(MethodDriver):
 
     def _hand_back(self, rays: RayTextures, buffers: StateBuffers, room: PacketTargets,
                    statistics: Statistics, any_hit: bool) -> Target:
-        """Copy the packets' hits into the rays' own textures."""
         now, program = buffers.side(0), self._program("packet_hits", any_hit, rays.in_textures)
         capped = self.step_cap <= PACKET_STEPS
         program.set(unsettled_phase=UNFINISHED if capped else LIVE)
@@ -154,7 +153,6 @@ class PacketTraversal(MethodDriver):
     # Programs and textures ------------------------------------------------------------------
 
     def _program(self, name: str, any_hit: bool, rays: Record) -> FullScreenPass:
-        """Return the full-screen program with this name, for the record ``rays``."""
         return self.program((name, any_hit, rays), lambda: FullScreenPass(
             self.gpu, *self._texts(name, any_hit, rays)))
 
@@ -181,7 +179,6 @@ class PacketTraversal(MethodDriver):
                 "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(targets))}
 
     def _targets_text(self, alone: bool) -> str:
-        """Return the file that lays out hits, or only triangles (``alone``)."""
         layout = ("rows" if self.rows_alone else "hits" if not self.fours else
                   "triangles" if alone else "numbers")
         return f"file:drivers/targets_{layout}.glsl"

@@ -41,7 +41,7 @@ def shown(option: Option, given: Mapping[str, Any], tracer: Tracer) -> Shown:
 
 
 def written(value: Any) -> str:
-    """Return the text of a value in a text field, as `Option.parse` reads it."""
+    """Return a value's text, as `Option.parse` reads it."""
     return ",".join(map(str, value)) if isinstance(value, tuple) else spell(value)
 
 

@@ -59,7 +59,6 @@ class HeatView:
 
     def traced(self, method: str, options: Mapping[str, Any]
                ) -> list[tuple[str, dict[str, Any]]]:
-        """Return (method, options) of each map."""
         rows = [(method, dict(options))]
         if self.other is not None:
             rows.append((self.other, dict(options) if self.other == method
@@ -75,7 +74,6 @@ class HeatView:
         return size
 
     def pixels(self) -> np.ndarray:
-        """Return the picture of the maps, (h, w, 3) uint8."""
         shown = [colours.ramp(one.values / self.top) for one in self.maps]
         if len(shown) == 1:
             return shown[0]
@@ -86,7 +84,6 @@ class HeatView:
         return np.concatenate([left[:, :at], right[:, at:]], axis=1)
 
     def with_scale(self, image: Image.Image) -> Image.Image:
-        """Return a picture with the maps' scale below it."""
         return colours.stacked([image, self.scale(max(image.width, 200))])
 
     def scale(self, width: int) -> Image.Image:

@@ -90,7 +90,6 @@ class Journey:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """The fields of state and hit."""
         last = self.kept[-1]
         return (*last.state, *(f"hit {name}" for name in last.hit))
 

@@ -71,7 +71,6 @@ class Link:
         return imgui.ImTextureRef(texture.glo)
 
     def show(self, name: str, pixels: np.ndarray) -> None:
-        """Draw (h, w, 3) uint8 pixels as a widget of the present panel."""
         imgui.image(self.picture(name, pixels, smooth=False), imgui.ImVec2(*pixels.shape[1::-1]))
 
     def begin(self, seconds: float) -> None:
@@ -82,7 +81,6 @@ class Link:
         imgui.new_frame()
 
     def end(self) -> None:
-        """Draw the frame into the window."""
         imgui.render()
         for texture in imgui.get_platform_io().textures:
             self._follow(texture)
@@ -207,7 +205,6 @@ class Link:
 
     @staticmethod
     def close_popup() -> None:
-        """Close the open drop-down list."""
         imgui.internal.close_popup_to_level(0, True)
 
     def pressed(self, key: int, repeat: bool = False) -> bool:

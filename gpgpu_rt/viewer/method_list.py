@@ -12,7 +12,6 @@ WIDE, HIGH = 780, 560                   # largest size of the list
 
 
 def sentence(row: Method) -> str:
-    """Return a method's summary as a sentence."""
     return capital(row.summary) + "."
 
 

@@ -131,7 +131,6 @@ class Viewer:
             self._wanted, self.message = selection, ""
 
     def open(self, source: str | os.PathLike[str]) -> None:
-        """Change the scene to a named scene, or to a file."""
         self.choose(replace(self.selection, scene=os.fspath(source)))
 
     def resize(self, size: tuple[int, int]) -> None:
@@ -142,7 +141,6 @@ class Viewer:
             self._outdated()
 
     def look_at(self, mode: str) -> None:
-        """Change the mode, one of MODES."""
         if mode != self.mode:
             self.mode, self.message, self._opening = mode, "", True
             self.pace.forget()
@@ -194,12 +192,10 @@ class Viewer:
 
     @property
     def at_rest(self) -> bool:
-        """Whether the camera has not moved for SETTLED seconds."""
         return self.clock() - self._moved_at >= SETTLED
 
     @property
     def finished(self) -> bool:
-        """Whether the next step has nothing to do."""
         return (self._wanted is None and self._asked is None and self.at_rest
                 and self._next_divisor() is None)
 
@@ -308,7 +304,6 @@ class Viewer:
         return max(1, self.size[0] // divisor), max(1, self.size[1] // divisor)
 
     def _travel(self) -> None:
-        """Record a journey."""
         tracer = self.tracers.in_passes(self.selection.method, self.selection.options)
         self.journey = Journey(tracer, self.view, self.journey_size)
         self.message = self.journey.note
@@ -368,7 +363,6 @@ class Viewer:
         return self.journey.state_of(self.index, self.journey.ray_at(pixel, self.size))
 
     def settings(self) -> dict[str, Any]:
-        """Return all settings of the shown picture, with its command."""
         return settings_of(self)
 
     def save(self, folder: str | os.PathLike[str] = ".") -> Path | None:

@@ -68,7 +68,6 @@ class Panels:
         self.help = not self.help
 
     def _left(self, rect: Rect, mouse: tuple[int, int]) -> None:
-        """Draw the left panel, whose right edge can be dragged."""
         imgui.set_next_window_pos(imgui.ImVec2(rect.x, rect.y))
         imgui.set_next_window_size(imgui.ImVec2(*rect.size))
         most = max(MOST_SHARE * self.link.window.size[0], 32)
@@ -97,7 +96,6 @@ class Panels:
         imgui.end()
 
     def _program(self, rect: Rect) -> None:
-        """Draw the program's text in a movable window."""
         imgui.set_next_window_pos(imgui.ImVec2(rect.x, rect.y), imgui.Cond_.first_use_ever.value)
         imgui.set_next_window_size(imgui.ImVec2(*rect.size), imgui.Cond_.first_use_ever.value)
         program = self.program

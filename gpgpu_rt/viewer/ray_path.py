@@ -79,7 +79,6 @@ class RayPath:
         self.row = min(max(at, 0), len(self.rows) - 1)
 
     def title(self) -> str:
-        """Return a line with the pixel, the number of passes and the hit."""
         rows = counted(self.count, "pass")
         if self.count > len(self.rows):
             rows = f"the first {len(self.rows):,} of {rows}"
@@ -88,7 +87,6 @@ class RayPath:
                 + (f"hits triangle {self.hit}" if self.hit >= 0 else "hits nothing"))
 
     def edges(self) -> np.ndarray:
-        """Return the edges of the boxes, (k, 12, 2, 3)."""
         return edges_of(self.boxes)
 
 
@@ -154,7 +152,6 @@ def _boxes(places: Places, at: np.ndarray) -> np.ndarray:
 
 
 def _places(places: Places, at: np.ndarray, passes: list[Pass]) -> list[Place | None]:
-    """Return the place of each pass, or None."""
     known: dict[int, Place] = {}
     for number, one in zip(at.tolist(), passes):
         if number >= 0 and number not in known:

@@ -26,7 +26,6 @@ def free_name(folder: Path, stem: str) -> Path:
 
 
 def name_for(viewer: Viewer, folder: Path) -> Path:
-    """Return a free name for the viewer's picture; see `free_name`."""
     mode = "" if viewer.mode == "picture" else f"-{viewer.mode}"
     return free_name(folder, f"{viewer.scene.name}-{viewer.selection.method}{mode}")
 

@@ -24,7 +24,6 @@ def word(value: Any) -> str:
 
 
 def option_words(options: Mapping[str, Any], known: tuple[Option, ...]) -> list[str]:
-    """Return the words ``--name=value`` for all options."""
     table = {option.name: option for option in known}
     words = []
     for name, value in options.items():
@@ -112,7 +111,6 @@ class Selection:
         return replace(self, integrator=name, light=light)
 
     def with_light(self, name: str, value: Any) -> Selection:
-        """Return the selection with a changed integrator option."""
         return replace(self, light=_set(self.light, self.light_options(), name, value))
 
     def words(self, camera: Camera, size: tuple[int, int], output: str,

@@ -19,7 +19,6 @@ ENTER = imgui.InputTextFlags_.enter_returns_true.value
 
 
 def place(name: str, rect: Rect) -> None:
-    """Begin a window that fills a rectangle."""
     imgui.set_next_window_pos(imgui.ImVec2(rect.x, rect.y))
     imgui.set_next_window_size(imgui.ImVec2(max(rect.width, 32), max(rect.height, 32)))
     imgui.begin(name, None, FIXED | imgui.WindowFlags_.no_resize.value)
@@ -51,7 +50,6 @@ def capital(text: str) -> str:
 
 
 def label(text: str, width: int = LABELS) -> None:
-    """Write a label of the next control."""
     imgui.align_text_to_frame_padding()
     imgui.text_unformatted(text)
     imgui.same_line(width)

@@ -157,7 +157,6 @@ class Window(moderngl_window.WindowConfig):
         self.viewer.resize((round(ratio * width), round(ratio * height)))
 
     def _entitle(self) -> None:
-        """Set the window's title: scene, method, state of the picture."""
         viewer = self.viewer
         state = (" ..." if viewer.busy or not viewer.finished
                  else " (coarse)" if viewer.held_back is not None else "")
@@ -334,7 +333,6 @@ class Window(moderngl_window.WindowConfig):
     # Actions of keys ------------------------------------------------------------------------
 
     def _fly(self, seconds: float) -> None:
-        """Move the camera while flight keys are down."""
         keys, held = self.wnd.keys, self._held
         way = np.array([(keys.D in held) - (keys.A in held), (keys.E in held) - (keys.Q in held),
                         (keys.W in held) - (keys.S in held)], np.float64)

@@ -210,7 +210,6 @@ def _state_record(tracer: Tracer) -> tuple[Record, str]:
 
 
 def _title(one: ObservedPass, schedule: str) -> str:
-    """Return a pass's name for the page's list of programs."""
     if one.name in (EYE, PUSH, PACKET_HITS):
         return {EYE: "eye rays", PUSH: "push", PACKET_HITS: "hits of packets"}[one.name]
     if one.kernel == "init":

@@ -151,6 +151,5 @@ def _coded(column: np.ndarray, rows: np.ndarray, kind: str,
 
 
 def _text(data: bytes) -> str:
-    """Return bytes, compressed by raw deflate, as base64."""
     deflate = zlib.compressobj(6, zlib.DEFLATED, -15)
     return base64.b64encode(deflate.compress(data) + deflate.flush()).decode()

@@ -17,5 +17,4 @@ PAGES: dict[str, Callable[[], str]] = {
 
 
 def generate() -> Iterator[tuple[str, str]]:
-    """Yields name and text of each page that is generated as a whole."""
     yield from api_pages()

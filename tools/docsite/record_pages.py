@@ -41,7 +41,6 @@ def _modules() -> Iterator[tuple[str, dict[str, Record]]]:
 
 
 def _texels(record: Record) -> str:
-    """Returns a table of texels and channels."""
     rows = [[str(texel), "", "", "", ""] for texel in range(record.texels)]
     for field in record.fields:
         for k in range(field.width):

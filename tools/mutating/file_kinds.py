@@ -34,7 +34,6 @@ RENDERED = 20       # one of 20 loaded scenes is also drawn
 
 
 def write_case(kind: str, seed: int, folder: Path) -> None:
-    """Write a case into an empty folder."""
     rng = np.random.default_rng([seed, sorted(KINDS).index(kind)])
     KINDS[kind][0](folder, rng)
 
@@ -98,7 +97,6 @@ CAMERA = {"eye": [0, 1, 5], "target": [0, 0, 0], "up": [0, 1, 0], "fov_degrees":
 
 @functools.cache
 def picture(kind: str) -> bytes:
-    """Return an image file."""
     made = io.BytesIO()
     Image.fromarray(np.arange(8 * 8 * 3, dtype=np.uint8).reshape(8, 8, 3)).save(made, kind)
     return made.getvalue()
@@ -106,7 +104,6 @@ def picture(kind: str) -> bytes:
 
 @functools.cache
 def meshes() -> dict[str, bytes]:
-    """Return mesh files by name."""
     found = {"m.obj": OBJ, "m.aff": AFF}
     for name, kind, more in (("a.ply", "ply", {"encoding": "ascii"}), ("b.ply", "ply", {}),
                              ("a.stl", "stl_ascii", {}), ("b.stl", "stl", {}),
@@ -246,7 +243,6 @@ STRUCTURES = {build_bvh: "bvh-threaded", build_kdtree: "kd-restart",
 
 @functools.cache
 def built(build: Any) -> dict[str, np.ndarray]:
-    """Return a structure's arrays."""
     triangles = np.ascontiguousarray(ball().triangles, np.float32)
     return {name: np.asarray(value) for name, value in vars(build(triangles)).items()}
 
@@ -278,14 +274,12 @@ def _use_cache(folder: Path, seed: int) -> None:
 
 @functools.cache
 def ball_scene() -> rt.Scene:
-    """Return the small mesh as a scene."""
     corners = ball().triangles.reshape(-1, 3)
     return rt.Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
 
 
 @functools.cache
 def cache_names(method: str) -> tuple[str, ...]:
-    """Return the names of a method's cache files."""
     with cache.cache_files() as files, rt.Tracer(ball_scene(), method):
         return tuple(path.name for path in files)
 

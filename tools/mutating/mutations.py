@@ -118,7 +118,6 @@ _CHANGES: Sequence[Callable[[bytes, Rng], bytes]] = (
 
 
 def _changed(value: Any, rng: Rng) -> Any:
-    """Return the value with a change at a random place."""
     if isinstance(value, dict) and value and rng.random() < 0.85:
         name = sorted(value)[int(rng.integers(len(value)))]
         chance = rng.random()

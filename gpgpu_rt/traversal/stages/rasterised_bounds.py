@@ -71,7 +71,6 @@ class RasterisedBounds(DriverBase):
         return self.driver.run(rays, buffers, statistics, any_hit)
 
     def _bounded(self, rays: RayTextures, camera: Camera, statistics: Statistics) -> RayTextures:
-        """Return a camera's rays, with intervals cut to the bounds of their tiles."""
         bounded, depths = self._targets_for(rays.size)
         self._rasterise(depths, rays.size, camera)
 

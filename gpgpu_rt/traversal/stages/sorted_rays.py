@@ -78,7 +78,6 @@ class SortedRays(MethodDriver):
 
     def _draw(self, name: str, target: Stream, rays: RayTextures, defines: dict[str, object],
               reads: list[Stream] | None = None) -> None:
-        """Draw a pass with an element per ray."""
         reads = reads or []
         program = self._compiled(name, rays.record, [read.record for read in reads],
                                  target.record, defines)
