@@ -2,8 +2,7 @@
 
 Names, arguments, shapes and the order of results are as in ``trimesh.ray``, with four differences:
 
-* The hits are sorted by ray, and the hits of a ray by (t, triangle). All hits are found, including
-  hits on coincident triangles (see ``session/all_hits.py``).
+* Hits are sorted by ray, then by (t, triangle), and include all hits on coincident triangles.
 * Intersection is computed in float32, which is too coarse far from the origin. A mesh farther from
   the origin than its size is therefore moved to the origin in float64. The positions of hits are
   computed in float64.
@@ -49,8 +48,8 @@ class RayMeshIntersector:
     Raises
     ------
     OptionError
-        for a mesh that is not a trimesh.Trimesh, or an unknown method or option; queries raise the
-        errors of ``Tracer``
+        for a mesh that is not a trimesh.Trimesh, or an unknown method or option; queries raise
+        ``Tracer``'s errors
     """
 
     def __init__(self, mesh: trimesh.Trimesh, method: str = DEFAULT_METHOD, *,
@@ -76,8 +75,8 @@ class RayMeshIntersector:
         ray_origins, ray_directions : (n, 3) float
         return_locations : whether to return the positions of the hits, too
         multiple_hits : whether to return all hits of a ray, or only the first
-        max_hits : return at most this many of the nearest hits per ray; with ``coincident=False``,
-            this many places. None returns all
+        max_hits : at most this many of the nearest hits per ray, or places with
+            ``coincident=False``; None returns all
 
         Returns
         -------
@@ -105,13 +104,13 @@ class RayMeshIntersector:
         Parameters
         ----------
         ray_origins, ray_directions, multiple_hits : as for ``intersects_id``
-        max_hits : return at most this many of the nearest places per ray; None returns all
+        max_hits : at most this many of the nearest places per ray; None returns all
 
         Returns
         -------
         locations : (m, 3) float64
         index_ray : (m,) int64, ascending
-        index_tri : (m,) int64, the first triangle of each place in the order of (t, triangle)
+        index_tri : (m,) int64, the first triangle of each place by (t, triangle)
         """
         hits, kept, locations = self._places(ray_origins, ray_directions,
                                              max_hits if multiple_hits else 1)
@@ -154,8 +153,8 @@ class RayMeshIntersector:
 
     def _places(self, origins: np.ndarray, directions: np.ndarray, most: int | None
                 ) -> tuple[AllHits, np.ndarray, np.ndarray]:
-        """Return the result of ``_hits`` for the nearest ``most`` places of each ray; the second
-        array has only the rows of hits that begin these places."""
+        """Return the result of ``_hits`` for the nearest ``most`` places of each ray, with only
+        their rows in the second array."""
         asked = most
         while True:
             hits, places, locations = self._hits(origins, directions, asked, True)
@@ -170,9 +169,8 @@ class RayMeshIntersector:
 
     def _hits(self, origins: np.ndarray, directions: np.ndarray, most: int | None, locate: bool
               ) -> tuple[AllHits, np.ndarray, np.ndarray]:
-        """Return the nearest ``most`` hits of each ray; the rows of the hits that begin a place,
-        (k,); and the positions of all hits, (m, 3). Without ``locate``, rows and positions are
-        empty."""
+        """Return the nearest ``most`` hits of each ray; the rows, (k,), of the hits that begin a
+        place; and all positions, (m, 3). Without ``locate``, rows and positions are empty."""
         with self._lock:
             origins, directions, tracer = self._prepared(origins, directions)
             hits = tracer.trace_all(origins, directions, invalid="miss", max_hits=most)
@@ -206,8 +204,8 @@ class RayMeshIntersector:
         if origins.shape != directions.shape:
             raise ValueError(f"ray_origins {origins.shape} and ray_directions "
                              f"{directions.shape} differ")
-        # t is in units of the direction's length. For very long or short directions, all t would
-        # overflow or underflow float32.
+        # For very long or short directions, t, in units of their length, would overflow or
+        # underflow float32.
         directions = np.ldexp(directions, -np.frexp(
             np.abs(directions).max(axis=1, initial=0, keepdims=True))[1])
         tracer = self._current()

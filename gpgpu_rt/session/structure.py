@@ -134,9 +134,8 @@ class Structure:
 
         Parameters
         ----------
-        accelerator, bounds : the accelerator around the moved triangles, and the corners of their
-            box
-        read_back : the moved scene and its stored triangles, (n, 3, 3) float32; None if unknown
+        accelerator, bounds : the accelerator around the moved triangles, and its box's corners
+        read_back : the moved scene and its stored triangles, (n, 3, 3) float32, or None
         """
         self.accelerator, self.bounds = accelerator, bounds
         accelerator.small_integers = self.tables.small_integers

@@ -42,9 +42,9 @@ class Setup:
     accelerator : uniforms and defines that the method's GLSL needs
     options : the options of the tracer and of the method, resolved
     step_cap : steps after which a ray is stopped and flagged
-    find_method : name -> row of the method table, for a driver that hands rays to another method
-    prepare_other : (method, options) -> samplers and accelerator of ``method`` over the same
-        triangles, for a driver that hands rays to ``method``
+    find_method : name -> row of the method table, to hand rays to another method
+    prepare_other : (method, options) -> samplers and accelerator of that method over the same
+        triangles
     """
 
     gpu: Gpu
@@ -75,7 +75,7 @@ class Driver(Protocol):
 
 
 class DriverBase:
-    """The programs and targets of a driver. They are made at first use and freed together.
+    """The programs and targets of a driver, made at first use and freed together.
 
     Parameters
     ----------
@@ -85,8 +85,7 @@ class DriverBase:
     ----------
     programs : key -> pass
     kept : name -> target or other part that the driver owns
-    keeps_states : whether a target keeps each ray's state between passes, with the fields of the
-        method's record ``state``, so that states can be observed
+    keeps_states : whether a target keeps each ray's state between passes, for observers
     """
 
     keeps_states = False

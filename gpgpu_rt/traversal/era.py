@@ -42,7 +42,7 @@ class EraKernel:
     Attributes
     ----------
     name : the kernel's name; INIT for the pass that sets up states
-    defines, virtual : arguments of ``gl.shader.resolve``, for the main file of either dialect
+    defines, virtual : arguments of ``gl.shader.resolve``, for either dialect
     writes_hit : whether the kernel writes rays' hits
     """
 
@@ -62,11 +62,11 @@ def era_kernel(method: Method, options: Mapping[str, Any], name: str, any_hit: b
     Parameters
     ----------
     method : the method in its form for these options (`Method.formed`)
-    options : the options of the tracer and of the method, resolved with ``era``
+    options : the resolved options of the tracer and of the method, with ``era``
     name : a kernel of the method, or INIT
     any_hit : whether rays stop at their first hit
-    defines : the defines that follow from the accelerator
-    in_loop : whether the kernel is the body of a branch in a loop, not a pass of its own
+    defines : the accelerator's defines
+    in_loop : whether the kernel is a branch in a loop, not a pass of its own
     """
     start = name == INIT
     chosen = {

@@ -84,9 +84,9 @@ class Stepwise:
     ----------
     state : the record that a packet carries from pass to pass
     kernels : the kernels that a packet can wait for, in the order of its phases
-    glsl : file under ``glsl/`` with a packet's kernels, which drivers/packet_visit.frag includes
-    ray : file under ``glsl/`` with a ray's step, which drivers/packet_intersect.frag includes
-    stack_entry : the record of a level of the packet's stack, if the stack is in an atlas
+    glsl : file under ``glsl/`` with a packet's kernels, for drivers/packet_visit.frag
+    ray : file under ``glsl/`` with a ray's step, for drivers/packet_intersect.frag
+    stack_entry : the record of a level of the packet's stack, if it is in an atlas
         (stack_atlas.py)
     """
 
@@ -113,12 +113,10 @@ class Method:
     tables : Records of the tables that the programs read.
     choose_tables : (options) -> records, if an option replaces a table.
     prepare : (triangles (n, 3, 3) float32, options) -> Accelerator.
-    adopt : (structure, triangles, options) -> Accelerator. Like ``prepare``, for a structure that
-        another method built. Needed if another method, whose programs read different tables, hands
-        rays to this method.
-    refit : (accelerator, triangles, options) -> Accelerator with the same structure over triangles
-        that moved. The tracer rebuilds the structure if ``refit`` is None or ``rebuild_ratio``
-        requires a rebuild.
+    adopt : (structure, triangles, options) -> Accelerator. Like ``prepare``, for the structure of
+        another method that hands rays to this method but reads different tables.
+    refit : (accelerator, triangles, options) -> Accelerator with the same structure over moved
+        triangles. If None, or if ``rebuild_ratio`` requires it, the tracer rebuilds the structure.
     options : The method's own options, including the builder's.
     form : (row, options) -> the row that replaces this row, if an option changes the state, the
         kernels or the drivers.
@@ -128,12 +126,12 @@ class Method:
     stack_entry : Record of a level of a stack in textures, if the method has such a stack.
     packet_state : (options) -> Stepwise, for a packet method that runs under ``step``.
     era_packets : The packets in the era form, if the method has them.
-    single : Name of the method that traces a packet's rays singly after the packet's step limit.
+    single : Name of the method that traces a packet's rays singly after its step limit.
     entry_walk : GLSL file of a beam's walk through the tree, for ``entry_points``.
     own_array : (options) -> whether neighbouring fragments may write to different indices of a
         local GLSL array.
-    fixed_defines : GLSL defines of all programs of this method, which tell apart methods that
-        share a GLSL file.
+    fixed_defines : GLSL defines of all programs of this method, to tell apart methods in one GLSL
+        file.
     no_era_form : why the kernels do not compile in the era dialect (traversal/era.py), or empty.
     stack, packet, dynamic : Columns of the survey's Table 1.
     """
@@ -276,7 +274,7 @@ class Method:
         Raises
         ------
         OptionError
-            if the method does not support the schedule or ``steps_per_pass`` with these options
+            if these options do not allow the schedule or ``steps_per_pass``
         """
         schedules = self.schedules_for(options)
         if not asked and options["schedule"] not in schedules:
@@ -328,8 +326,9 @@ def check_culling(options: Mapping[str, Any]) -> None:
 
 
 def with_entries(more: str) -> Callable[[Method, Mapping[str, Any]], Method]:
-    """Return the ``form`` of a row whose rays visit a list of subtrees if entry points are on: it
-    adds the kernel ``enter``, which starts the next subtree, and the state's fields ``more``."""
+    """Return the ``form`` of a row whose rays visit a list of subtrees if entry points are on. It
+    adds the kernel ``enter``, which starts the next subtree, and the fields ``more`` of the
+    state."""
     def formed(row: Method, options: Mapping[str, Any]) -> Method:
         if not options["entry_points"]:
             return row

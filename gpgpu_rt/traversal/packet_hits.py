@@ -21,8 +21,7 @@ class PacketTargets:
     size : (width, height) rays
     packet : (width, height) of a packet in rays
     targets : number of render targets that hold hits
-    rows_alone : whether a texel holds four integers: for each of four rays, the row of the hit
-        triangle in the triangle table
+    rows_alone : whether a texel holds four rays' rows in the triangle table
     fours : whether a texel holds a single field of a hit, such as t, for four rays. Otherwise
         (without ``rows_alone``), a texel holds the four fields of one ray's hit
     statistics : whether a separate pass draws the packets' counters, which need a target

@@ -85,8 +85,7 @@ class PacketTiles:
     Parameters
     ----------
     packet : (width, height) of a packet in rays, powers of two
-    entry_tile : side in rays of the tiles for which a beam is traced first; None if the method
-        traces no beams
+    entry_tile : side in rays of the tiles that get a beam; None without beams
     """
 
     def __init__(self, gpu: Gpu, packet: tuple[int, int], entry_tile: int | None) -> None:

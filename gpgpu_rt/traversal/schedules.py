@@ -1,13 +1,13 @@
 """The three schedules: how a host runs a method's kernels over the rays.
 
 * ``kernels``: A pass runs one kernel. Occlusion queries count the rays that wait for each kernel.
-  The host runs the kernel with the most waiting rays, and the early depth test rejects all other
-  rays (Purcell et al. 2002; Foley and Sugerman 2005).
+  The host runs the kernel with the most rays, and the early depth test rejects all others (Purcell
+  et al. 2002; Foley and Sugerman 2005).
 * ``step``: A pass does ``steps_per_pass`` steps for every live ray. Each step runs the kernel that
   the ray's state asks for. Every ``mask_interval`` passes, finished rays are masked.
-* ``loop``: One pass runs the whole traversal with the state in registers, and writes only hits
-  (Horn et al. 2007). If a ray exceeds the renderer's limit on loop iterations, passes that store
-  states trace all rays anew.
+* ``loop``: One pass runs the whole traversal in registers, and writes only hits (Horn et al.
+  2007). If a ray exceeds the renderer's limit on loop iterations, passes that store states trace
+  all rays anew.
 """
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class ProgramKey(NamedTuple):
 
 
 class Traversal(MethodDriver):
-    """A method's programs for one set of tables and options, under any of the three schedules."""
+    """A method's programs for one set of tables and options, under any schedule."""
 
     keeps_states = True
     _atlas: StackAtlas | None = None
@@ -160,9 +160,8 @@ class Traversal(MethodDriver):
     def _run_kernels(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                      any_hit: bool) -> tuple[Target, int]:
         context = self.gpu.context
-        # Passes are drawn in pairs, from ``now`` to ``scratch`` and back. Between pairs, ``now``
-        # holds the latest state of every ray, but ``scratch`` may hold old states of rays outside
-        # the pair's kernel.
+        # Passes are drawn in pairs, from ``now`` to ``scratch`` and back. Between pairs, only
+        # ``now`` holds the latest state of every ray.
         now, scratch = buffers.side(0), buffers.side(1)
         tiles = self._tiles_for(buffers)
         context.enable_only(moderngl.NOTHING)
@@ -296,8 +295,8 @@ def method_defines(method: Method, accelerator: Accelerator, options: Mapping[st
 
 
 def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
-    """Return the texts that programs of a method include, by the include's name: the method's own
-    file, the files that options choose, and the accessors of the method's tables."""
+    """Return the texts that programs include, by the include's name: the method's file, the files
+    that options choose, and the accessors of the tables."""
     layout = Precision.of(options).layout
     tables = [layout(r).table_glsl() for r in method.tables_for(options)]
     if options.get("entry_points") and method.packet:

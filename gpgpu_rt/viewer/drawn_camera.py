@@ -67,8 +67,8 @@ def rounded(camera: Camera, size: tuple[int, int], own: Camera | None = None) ->
     ----------
     camera : the exact camera
     size : (width, height) of the picture in pixels
-    own : the scene's own camera. Parts equal to those of ``own`` are not rounded, because a
-        command leaves them out
+    own : the scene's own camera. Parts equal to its parts are not rounded, because a command omits
+        them
     """
     found = camera
     for name, share in _BUDGETS:

@@ -41,8 +41,8 @@ class Journey:
 
     Attributes
     ----------
-    kept : the passes whose states are stored: all passes, or every second, fourth, ... pass
-    live : (k,) number of live rays after each pass, for all passes
+    kept : the stored passes: all, or every second, fourth, ...
+    live : (k,) number of live rays after each pass
     note : the reason why the journey is incomplete, or ""
     """
 
@@ -160,8 +160,8 @@ def hit_words(one: Pass, ray: int) -> dict[str, str]:
 
 
 def word_of(value: np.ndarray | np.generic) -> str:
-    """Return the text of a field's value, with enough digits to identify a float32; "-" for a node
-    index that means no node, and for a t above NO_PLACE."""
+    """Return the text of a field's value, which identifies a float32; "-" for no node, and for a t
+    above NO_PLACE."""
     if np.ndim(value):
         return " ".join(word_of(part) for part in value)
     if value == EXACT_INTEGER or value > NO_PLACE:

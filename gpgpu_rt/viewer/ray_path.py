@@ -44,17 +44,16 @@ class RayPath:
     ----------
     pixel : (x, y) of the picture, row 0 at the top
     size : (width, height) of the picture in pixels
-    columns, rows : a table with a row for each counted pass: the pass, the kernel that ran, the
-        kernel that the ray waits for, the fields of the ray's state, and the nearest hit so far
+    columns, rows : a table with a row for each counted pass: the pass, its kernel, the next
+        kernel, the fields of the ray's state, and the nearest hit so far
     origin : (3,) start of the ray
     end : (3,) the ray's hit, or a point outside the scene if the ray misses
-    boxes : (k, 2, 3) lower and upper corners of the visited nodes or cells, in order; empty if the
-        method's structure has no boxes
-    places : the node or cell of each row; None if the ray has no node or cell after this pass
+    boxes : (k, 2, 3) lower and upper corners of the visited nodes or cells, in order; may be empty
+    places : the node or cell of each row, or None
     hit : the triangle, or -1
-    count : number of counted passes: the first pass, and all later passes that changed the ray.
-        Only the first MOST_ROWS of them have rows
-    row : the index of the row that the user chose, or None
+    count : number of counted passes: the first pass, and all passes that changed the ray. At most
+        MOST_ROWS have rows
+    row : the index of the chosen row, or None
     """
 
     pixel: tuple[int, int]

@@ -182,9 +182,9 @@ class Described:
                 "outputs": len(one.outputs)}
 
     def _sized(self, one: ObservedPass) -> dict[str, list[Any]]:
-        """Return the uniforms that depend on the number of rays: name -> [target, size]. ``size``
-        is "rays" for the ray textures' size, "tile" for a tile's size, or "across" for the
-        target's number of tiles in a row."""
+        """Return the uniforms that depend on the number of rays: name -> [target, size], where
+        size is "rays" for ray textures, "tile" for a tile, or "across" for the target's tiles in a
+        row."""
         kinds = {"ray_texture_size": "rays", "tile_size": "tile", "tiles_a_row": "across"}
         atlas = next((k for k, target in enumerate(self._targets) if "levels" in target), 0)
         return {name: [atlas if name.startswith("tile") else 0, kind]
@@ -224,7 +224,7 @@ def _key(one: ObservedPass) -> tuple[Any, ...]:
 
 
 def _cycle(passes: list[ObservedPass]) -> tuple[list[ObservedPass], list[ObservedPass]]:
-    """Return the passes before the first repeated pass, and the passes from there up to its
+    """Return the passes before the first repeated pass, and those from there up to its
     repetition."""
     keys = [_key(one) for one in passes]
     first = next((k for k, key in enumerate(keys) if key in keys[k + 1:]), None)

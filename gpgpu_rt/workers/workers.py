@@ -45,18 +45,17 @@ class Workers:
     Parameters
     ----------
     scheduler : "local" for processes of this machine; or the address of a Dask scheduler, such as
-        ``tcp://host:8786``, whose workers have this package installed
-    count : number of local processes; None for a process on each core
-    threads : number of threads of the software renderer in a local process (``LP_NUM_THREADS``);
-        None keeps the renderer's default
+        ``tcp://host:8786``, whose workers have this package
+    count : number of local processes; None for one on each core
+    threads : threads of the software renderer in a local process (``LP_NUM_THREADS``); None keeps
+        the default
 
     Raises
     ------
     Error
         if Dask is not installed, no scheduler answers, or the scheduler has no workers
     OptionError
-        if ``count`` or ``threads`` is not a whole number of 1 or more, or ``scheduler`` is not
-        text
+        if ``count`` or ``threads`` is not a positive whole number, or ``scheduler`` not text
 
     Notes
     -----
@@ -183,8 +182,7 @@ class Workers:
         Raises
         ------
         ValueError
-            if the shapes of arrays do not match, or for an invalid ray; the message names the
-            first invalid ray
+            if shapes do not match, or for an invalid ray; the message names the first invalid ray
         Error
             as for ``map``; and the errors of ``Tracer``
         """
@@ -225,7 +223,7 @@ class Workers:
         scene, method, options : as for ``trace``
         size, camera, integrator : as for ``Tracer.render``
         picture : the integrator's options
-        tile : side in pixels of a tile, which a worker draws as a whole
+        tile : side of a tile in pixels
         progress : called with the number of finished tiles and of all tiles
 
         Raises

@@ -63,7 +63,7 @@ class FirstImage:
 
 
 def cut(rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """Return (k, 3) fields of the record PART: the row of a triangle and the first pixel (x, y) of
+    """Return (k, 3) fields of the record PART, the row of a triangle and the first pixel (x, y) of
     a part, for each triangle of ``rows`` and each part of its rectangle.
 
     A rectangle goes from the part ``first`` to the part ``last``. The part in column x and row y
