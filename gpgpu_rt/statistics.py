@@ -18,57 +18,50 @@ class Statistics:
     ----------
     rays : Number of rays in the call.
     method : Name of the method that traced.
-    choice : The rays for which the tracer has this method: "coherent" or "incoherent". It is ""
-        for a tracer with a single method.
+    choice : "coherent" or "incoherent", the rays for which the tracer has this method; "" for a
+        tracer with a single method.
     passes : Traversal passes, including the set-up pass.
     draw_calls : Draw calls, including passes that mask or count rays.
     queries : Occlusion queries read back.
-    stopped : Number of rays that the step cap or a full stack stopped. In a picture, shadow rays
-        count too.
+    stopped : Number of rays, shadow rays included, that the step cap or a full stack stopped.
     kernel_passes : Number of passes of each kernel, under the ``kernels`` schedule.
-    live : Numbers of live rays. A ray is live until its search ends. The schedules ``step`` and
-        ``kernels`` count the live rays several times in a traversal, and append each number. The
-        list of a picture holds the numbers of its first ray set, then of its second ray set, and
-        so on.
+    live : Numbers of rays whose search has not ended. The schedules ``step`` and ``kernels``
+        append a number each time they count, for one ray set of a picture after the other.
     picture_passes : Name of a pass -> how often it ran for the picture, without traversal passes.
     waves : Number of ray sets that a picture traced.
     texel_fetches : Texels per pixel that ``picture_passes`` read.
     vertices : An entry for each vertex of paths, if the integrator may pack the live paths into
-        smaller textures (``render/packed_paths.py``). ``live`` is the number of paths that reached
-        the vertex. ``texels`` is the number of texels over which a traversal pass runs at this
-        vertex. Both numbers are sums over all ray sets.
+        smaller textures (``render/packed_paths.py``). ``live`` counts the paths that reached the
+        vertex; ``texels`` counts the texels over which a traversal pass then runs. Both are sums
+        over all ray sets.
     samples : Samples per pixel, for an integrator that samples.
-    noise : For an integrator that samples, the standard error of a pixel's luminance, averaged
-        over the picture and divided by the average luminance.
-    texture_bytes : Bytes of all textures of the tracer: scene tables, rays, states and pictures.
+    noise : Standard error of a pixel's luminance, averaged over the picture and divided by the
+        average luminance, for an integrator that samples.
+    texture_bytes : Bytes of all textures of the tracer.
     table_bytes : Name of a table's record (``gl/record.py``) -> bytes of the table's textures.
-    build_seconds : Time of the last build: to build the accelerator, or to load it from the cache,
-        and to pack it into tables.
-    refit_seconds : Time to refit and pack the accelerator, at the last update. If the update
-        rebuilt the accelerator, this is the time of the attempt to refit before the rebuild.
+    build_seconds : Time of the last build: to build the accelerator or load it from the cache, and
+        to pack it into tables.
+    refit_seconds : Time to refit and pack the accelerator at the last update, even if a rebuild
+        followed.
     rebuilt : Whether the last update rebuilt the accelerator.
-    trace_seconds : Time from the first draw to the end of the last draw. With ``presort``, this
-        includes the time in which the host sorts rays. For `Tracer.trace_all`, this also includes
-        the copies between arrays and textures.
-    sort_seconds : The part of ``trace_seconds`` in which rays are sorted, and hits are put back
-        into the caller's order of rays.
+    trace_seconds : Time from the first draw to the end of the last draw. ``presort`` adds the
+        host's sorting of rays; `Tracer.trace_all` adds the copies between arrays and textures.
+    sort_seconds : The part of ``trace_seconds`` that sorts rays and puts hits back into the
+        caller's order.
     upload_seconds, readback_seconds : Time to copy arrays to textures, and textures to arrays.
-    driver : Counts by name that the method's driver adds; methods that use the common driver
-        add none.
+    driver : Counts by name that the method's driver adds; the common driver adds none.
     counters : Means of the counters over all rays, with statistics=True.
-    first_hits : Numbers for a picture with rasterised first hits. ``drawn`` is the number of
-        triangles that were rasterised. ``rivals`` is the number of rivals: triangles that a ray
-        may hit before it hits the rasterised triangle of its pixel. A large triangle is examined
-        in parts of the image, and counts once for each part in which it is a rival. ``retraced``
-        is the number of eye rays that the method traced, because they miss the rasterised triangle
-        of their pixel or because their pixel has a rival. ``retraced_share`` is the share of these
-        rays among all eye rays.
-    pass_log : With statistics=True, an entry per program: name, draws, fragments, bytes of streams
-        read, tables sampled, bytes written. ``gl/pass_log.py`` describes an entry.
+    first_hits : Numbers for a picture with rasterised first hits. ``drawn``: rasterised triangles.
+        ``rivals``: triangles that a ray may hit before the rasterised triangle of its pixel; a
+        large triangle counts once for each part of the image in which it is a rival. ``retraced``:
+        eye rays that the method traced, because they miss the rasterised triangle of their pixel
+        or their pixel has a rival. ``retraced_share``: their share of all eye rays.
+    pass_log : With statistics=True, an entry per program (``gl/pass_log.py``): name, draws,
+        fragments, bytes of streams read, tables sampled, bytes written.
     uploaded_bytes, read_back_bytes : With statistics=True, bytes copied to the graphics card and
-        back during the call.
-    split : Purpose -> seconds or bytes, for a method that divides its work between the graphics
-        card and the host.
+        back.
+    split : Purpose -> seconds or bytes, for a method that divides its work between graphics card
+        and host.
     """
 
     rays: int = 0
@@ -110,7 +103,7 @@ class Statistics:
         return views.table("Statistics", self._facts())
 
     def _facts(self) -> views.Facts:
-        """Return the costs that most users ask for, and the other numbers that are not zero."""
+        """Return the usual costs, and all other numbers that are not zero."""
         by = f" by {self.method}" if self.method else ""
         shown = {"rays", "method", "passes", "trace_seconds", "build_seconds", "counters"}
         rest = [(name.replace("_", " "), f"{value:,}" if isinstance(value, int) else str(value))
@@ -127,15 +120,13 @@ class Statistics:
         return asdict(self)
 
     def start_call(self, rays: int) -> None:
-        """Reset the figures of the last call, and keep the costs of building and updating."""
         self.__dict__.update(Statistics(rays=rays, **self.of_structure()).__dict__)
 
     def add(self, **figures: float) -> None:
-        """Add to the counts in ``driver``. A driver may run several times in a call, and its
-        counts sum over these runs."""
+        """Add to the counts in ``driver``, which sum over a driver's runs in a call."""
         for name, value in figures.items():
             self.driver[name] = self.driver.get(name, 0.0) + value
 
     def of_structure(self) -> dict[str, Any]:
-        """Return the figures of the accelerator, by name. `start_call` keeps these figures."""
+        """Return the figures that `start_call` keeps."""
         return {name: getattr(self, name) for name in OF_STRUCTURE}

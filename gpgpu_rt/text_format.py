@@ -3,13 +3,13 @@ from __future__ import annotations
 
 
 def counted(number: int, thing: str) -> str:
-    """Return a count with its noun: ``1 pass``, ``1,281 passes``, ``2 rays``."""
+    """Return a count with its noun: ``1 pass``, ``1,281 passes``."""
     plural = thing + ("es" if thing.endswith(("s", "x", "ch", "sh")) else "s")
     return f"{number:,} {thing if number == 1 else plural}"
 
 
 def shortened(value: object) -> str:
-    """Return the text of a value in at most 80 characters; an int can have thousands of digits."""
+    """Return a value's text in at most 80 characters."""
     try:
         words = repr(value)
     except ValueError:      # Python refuses to write so many digits
@@ -18,13 +18,12 @@ def shortened(value: object) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a file's name for pictures and tables, with a question mark for each byte that is
-    not UTF-8."""
+    """Return a file name with a question mark for each byte that is not UTF-8."""
     return text.encode("utf-8", "replace").decode()
 
 
 def titled(name: str, stand_in: str | None) -> str:
-    """Return a scene's name for pictures and tables; a stand-in gets the suffix " (stand-in)"."""
+    """Return a scene's name; a stand-in gets the suffix " (stand-in)"."""
     return f"{name} (stand-in)" if stand_in else name
 
 

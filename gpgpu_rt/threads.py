@@ -9,13 +9,12 @@ from functools import lru_cache
 from typing import Any
 
 WORTH = 10_000      # smallest number of triangles or rays that is shared among threads
-MOST = 8            # largest number of threads; the work has few parts, so more would be idle
+MOST = 8            # largest number of threads; the work has few parts
 
 Run = Callable[..., Iterable[Any]]    # `map`, or the `map` of a thread pool
 
 
 def cores() -> int:
-    """Return the number of processor cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -24,8 +23,8 @@ def cores() -> int:
 def threads(count: int) -> Run:
     """Return a `map` over the parts of work on ``count`` triangles or rays.
 
-    Results come in the order of the parts, so they do not depend on the number of threads. If a
-    part calls this function again, its inner parts run one after another on the same thread.
+    Results come in the order of the parts. If a part calls this function again, its inner parts
+    run one after another on the same thread.
     """
     return map if count < WORTH or cores() < 2 else _shared_out
 
@@ -45,8 +44,8 @@ def _begin() -> None:
 
 @lru_cache(maxsize=1)
 def _pool(size: int) -> ThreadPoolExecutor:
-    """Return the thread pool. The pool stays open, because starting its threads takes half a
-    millisecond, which is as long as the work on a million hits."""
+    """Return the thread pool, which stays open: starting its threads takes as long as the work on
+    a million hits."""
     return ThreadPoolExecutor(size, initializer=_begin)
 
 

@@ -44,12 +44,10 @@ class Tracer:
     Parameters
     ----------
     scene : Scene, trimesh.Trimesh, a scene's name or a mesh file
-    method : a name from ``methods()``, "auto", or ``Choices``. ``Choices`` hold a method for
-        coherent rays and a method for incoherent rays, and each call uses one of the two according
-        to its rays. The accelerator for incoherent rays is built at the first call with incoherent
-        rays. After a call, ``statistics.choice`` says for which rays the used method was chosen,
-        and ``method`` and ``options`` describe the used method. "auto" uses the ``Choices`` that
-        `tune` stored for this scene and renderer; without such ``Choices``, a safe default
+    method : a name from ``methods()``, "auto", or ``Choices``: a method for coherent rays and a
+        method for incoherent rays, whose accelerator is built at their first call. After a call,
+        ``statistics.choice``, ``method`` and ``options`` describe the used method. "auto" uses the
+        ``Choices`` that `tune` stored for this scene and renderer, or else a safe default
     options : the options below, and the options that ``gpgpu-rt methods NAME`` prints for a method
 
     Raises
@@ -58,11 +56,10 @@ class Tracer:
 
     Notes
     -----
-    The end of a ``with`` block, or ``release``, frees textures and programs. Threads may share a
-    tracer, or may each have one, because only one thread at a time uses the OpenGL context.
-    ``statistics`` describes the last call of any thread. Each process needs its own tracer,
-    and processes must start by "spawn", because a context does not survive a fork. If a tracer is
-    pickled, the other process makes a new tracer with the same scene, method and options.
+    ``release``, or the end of a ``with`` block, frees textures and programs. Threads may share a
+    tracer or have one each; only one thread at a time uses the OpenGL context. ``statistics``
+    describes the last call of any thread. Processes must start by "spawn", because a context does
+    not survive a fork. A pickled tracer is made anew in the other process.
     """
 
     @public_call
@@ -89,8 +86,8 @@ class Tracer:
         Parameters
         ----------
         path : a file that `gpgpu-rt tune` wrote
-        force : use the file even if it was made for another scene or renderer; the error bounds in
-            the file are then not guaranteed
+        force : use the file even if it was made for another scene or renderer; its error bounds
+            are then not guaranteed
         options : more options. Only ``statistics`` and ``context`` may differ from the file
 
         Raises
@@ -107,7 +104,7 @@ class Tracer:
 
     @property
     def session(self) -> Session:
-        """The accelerator, driver and textures of the method that the last call used."""
+        """The session of the last call: accelerator, driver and textures."""
         return self.sessions.present
 
     @property
@@ -132,7 +129,7 @@ class Tracer:
 
     @property
     def options(self) -> dict[str, Any]:
-        """Every option of the tracer and of the method, with its value."""
+        """Every option of the tracer and of the method."""
         return self.session.options
 
     @property
@@ -142,12 +139,12 @@ class Tracer:
 
     @property
     def scene(self) -> Scene:
-        """The scene, with its triangles at their present positions."""
+        """The scene with its present triangles."""
         return self.session.scene
 
     @property
     def accelerator(self) -> Accelerator:
-        """The arrays of the structure through which rays are traced."""
+        """The arrays of the structure."""
         return self.session.accelerator
 
     @property
@@ -187,7 +184,7 @@ class Tracer:
                  t_max: float | np.ndarray = np.inf, t_min: float | np.ndarray = 0.0,
                  shape: tuple[int, int] | None = None, invalid: str = "raise") -> np.ndarray:
         """Return (n,) bool, whether each ray hits any triangle in [t_min, t_max]. A ray ends at
-        the first hit that is found, which need not be the nearest hit.
+        the first hit that is found.
 
         Parameters
         ----------
@@ -214,12 +211,12 @@ class Tracer:
         """Find all hits of each ray, sorted by (t, triangle).
 
         Coincident triangles all count. Each round of passes finds the next hit of every ray that
-        had a hit in the round before. ``statistics`` sums over all rounds, but has no counters.
+        had a hit in the round before. ``statistics`` sums over all rounds, without counters.
 
         Parameters
         ----------
         origins, directions, t_min, t_max, shape, invalid : as for ``trace``
-        max_hits : find at most this many hits per ray, the nearest ones; None finds all hits
+        max_hits : find at most this many of the nearest hits per ray; None finds all hits
 
         Raises
         ------
@@ -255,18 +252,17 @@ class Tracer:
         ----------
         camera : Camera, or None for the scene's own camera.
         size : Pixels, (width, height).
-        integrator : The name of the integrator. With "direct" the picture shows light and shadows,
-            with "whitted" (default) also mirrors and glass, with "path" also light that bounces.
-            After "path", ``radiance`` holds the unclipped result.
+        integrator : "direct" shows light and shadows, "whitted" (default) also mirrors and glass,
+            "path" also light that bounces. After "path", ``radiance`` holds the unclipped result.
         progress : Called as progress(samples done, samples in total, noise so far, or infinity).
-        first_hits : One of "traced", "rasterised" and "verified". With "rasterised" the rasteriser
-            finds the hits of eye rays, and the method traces each eye ray whose hit is in doubt.
-            The hits equal traced hits to the bit. With "verified" a rasterised hit is checked to
-            be a hit of its ray, but not to be the nearest hit, so a few pixels may show a triangle
-            behind the nearest one. ``statistics.first_hits`` counts the traced eye rays.
-        region : Pixels of the picture to draw, (x, y, width, height) from the top left. They are
-            the same to the bit as in the whole picture. None draws all pixels. The option
-            ``noise`` of "path" is compared with the noise of the region.
+        first_hits : With "traced", the method traces all eye rays. With "rasterised", the
+            rasteriser finds their hits, and the method traces the eye rays whose hit is in doubt;
+            hits equal traced hits to the bit. With "verified", a hit is not proved to be the
+            nearest, so a few pixels may show a triangle behind the nearest one.
+            ``statistics.first_hits`` counts the traced eye rays.
+        region : Pixels to draw, (x, y, width, height) from the top left, the same to the bit as in
+            the whole picture; None draws all. The option ``noise`` of "path" then applies to the
+            region.
         options : Options of the integrator; ``integrators.INTEGRATORS[name].options`` lists them.
 
         Raises
@@ -276,7 +272,7 @@ class Tracer:
         LimitError
             for a picture too large for this renderer
         KeyboardInterrupt
-            on Ctrl-C; ``unfinished`` gives the picture that "path" has summed up by then
+            on Ctrl-C; ``unfinished`` gives the picture of "path" so far
         """
         check_camera(camera)
         with self.sessions.call(find_integrator(integrator).rays) as session:
@@ -285,11 +281,11 @@ class Tracer:
 
     @property
     def radiance(self) -> np.ndarray:
-        """The last picture by "path", (height, width, 3) float32, linear and not clipped."""
+        """The last picture by "path", (height, width, 3) float32, linear, not clipped."""
         return self.sessions.pictures.radiance
 
     def unfinished(self) -> Image.Image | None:
-        """Return the picture that "path" had summed up when it was interrupted, or None."""
+        """Return the picture of "path" at its interruption, or None."""
         return self.sessions.pictures.unfinished()
 
     @public_call
@@ -309,8 +305,8 @@ class Tracer:
     @public_call
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
-        """Return the plan of `render` with these arguments, without drawing: the passes, textures
-        and defines that it would use, and why each other pass, texture or define is left out.
+        """Return the plan of `render`, without drawing: the passes, textures and defines that it
+        would use, and why it leaves out the others.
 
         Parameters
         ----------
@@ -325,10 +321,9 @@ class Tracer:
     def update(self, vertices: np.ndarray) -> None:
         """Move the scene's triangles.
 
-        A method with a ``Method.refit`` adapts its structure to the new positions. It builds a new
-        structure if the SAH cost now exceeds ``rebuild_ratio`` times the cost of the last build.
-        Any other method always builds a new structure. ``statistics`` says whether a structure
-        was built. ``scene`` becomes a new object; the scene given to the tracer does not change.
+        A method with a ``Method.refit`` adapts its structure, unless the SAH cost exceeds
+        ``rebuild_ratio`` times the cost of the last build. Otherwise, the structure is built anew;
+        ``statistics`` says which. ``scene`` becomes a new object.
 
         Parameters
         ----------
@@ -352,8 +347,7 @@ class Tracer:
     def counting(self) -> AbstractContextManager[None]:
         """Return a context in which the work of rays is counted, as with ``statistics=True``.
 
-        Inside the context, rays are traced by programs that count their own work, through the same
-        structure. Calls outside the context are not slowed down.
+        Calls outside the context are not slowed down.
 
         Raises
         ------
@@ -368,13 +362,13 @@ class Tracer:
 
         Parameters
         ----------
-        look : called after each pass, while the textures that it read and drew are unchanged
+        look : called after each pass, while its textures are unchanged
         fragments : count the fragments and primitives of each pass, with queries around its draw
 
         Returns
         -------
-        A context manager that gives a list of ``ObservedPass``. Each pass is appended to the list
-        after it was drawn. Passes of other tracers with the same OpenGL context are included.
+        A context manager that gives a list of ``ObservedPass``, appended after each draw. Passes
+        of other tracers with the same OpenGL context are included.
         """
         return observe(self.gpu, look, fragments)
 
@@ -387,7 +381,7 @@ class Tracer:
         return views.table("Tracer", self.sessions.facts())
 
     def release(self) -> None:
-        """Free textures and programs; the tracer cannot be used afterwards."""
+        """Free textures and programs. The tracer cannot be used afterwards."""
         self.sessions.release()
 
     def __enter__(self) -> Tracer:

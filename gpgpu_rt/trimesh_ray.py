@@ -1,21 +1,17 @@
 """A replacement for trimesh's ray engines: ``mesh.ray = RayMeshIntersector(mesh, "kd-restart")``.
 
-Names, arguments, shapes and the order of results are the same as in ``trimesh.ray``. There are
-four differences:
+Names, arguments, shapes and the order of results are as in ``trimesh.ray``, with four differences:
 
-* The hits are sorted by ray, and the hits of a ray by (t, triangle). The search for the next hit
-  of a ray continues directly behind the previous hit in the order of (t, triangle) (see
-  ``session/all_hits.py``). So all hits are found, including hits on coincident triangles.
-* Intersection is computed in float32, which is too coarse far from the origin. A mesh whose
-  distance from the origin exceeds its size is therefore first moved to the origin in float64.
-  After the trace, the position of each hit on its ray is computed in float64.
-* A place is a point where a ray passes through the mesh. At an edge or a vertex, a place has
-  several triangles. ``intersects_location`` returns each place once, with the first of its
-  triangles. ``intersects_id`` returns all triangles of a place, as trimesh's own engine does. With
-  ``coincident=False`` it returns the first triangle of each place, as trimesh's Embree engine
-  does.
-* An invalid ray hits nothing. The length of a direction has no effect, for any length that float64
-  holds.
+* Hits are sorted by ray, then by (t, triangle), and include all hits on coincident triangles.
+* Intersection is computed in float32, which is too coarse far from the origin. A mesh farther from
+  the origin than its size is therefore moved to the origin in float64. The positions of hits are
+  computed in float64.
+* A place is a point where a ray passes through the mesh; at an edge or a vertex, it has several
+  triangles. ``intersects_location`` returns each place once, with its first triangle.
+  ``intersects_id`` returns all triangles of a place, as trimesh's own engine does, or with
+  ``coincident=False`` the first, as trimesh's Embree engine does.
+* A ray with a NaN, an infinity or a zero direction is invalid and hits nothing. The length of a
+  direction has no effect.
 """
 from __future__ import annotations
 
@@ -38,10 +34,8 @@ from .tracer import AUTO, DEFAULT_METHOD, Tracer
 class RayMeshIntersector:
     """Answers ray queries on a mesh by a method of ``gpgpu_rt.methods()``.
 
-    If the mesh changes, the next query uses the changed mesh. An intersector can be pickled and
-    copied; the copy builds its own textures at its first query.
-
-    A ray with a NaN, an infinity or a zero direction is invalid: in every query it hits nothing.
+    If the mesh changes, the next query uses the changed mesh. A pickled or copied intersector
+    builds its own textures at its first query. Invalid rays hit nothing.
 
     Parameters
     ----------
@@ -54,8 +48,8 @@ class RayMeshIntersector:
     Raises
     ------
     OptionError
-        for a mesh that is not a trimesh.Trimesh, or an unknown method or option; queries raise the
-        errors of ``Tracer``
+        for a mesh that is not a trimesh.Trimesh, or an unknown method or option; queries raise
+        ``Tracer``'s errors
     """
 
     def __init__(self, mesh: trimesh.Trimesh, method: str = DEFAULT_METHOD, *,
@@ -81,8 +75,8 @@ class RayMeshIntersector:
         ray_origins, ray_directions : (n, 3) float
         return_locations : whether to return the positions of the hits, too
         multiple_hits : whether to return all hits of a ray, or only the first
-        max_hits : return at most this many of the nearest hits per ray; with ``coincident=False``,
-            this many places. None returns all
+        max_hits : at most this many of the nearest hits per ray, or places with
+            ``coincident=False``; None returns all
 
         Returns
         -------
@@ -102,23 +96,21 @@ class RayMeshIntersector:
                             ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the places where rays hit the mesh, each place once.
 
-        If a ray passes through an edge or a vertex, it hits all triangles around the edge or
-        vertex at a single place. It also hits coincident triangles at a single place. Two hits of
-        a ray belong to the same place if their values of t are equal within the float32 error
-        bounds of ``numerics/error_bounds.py``. There is an exception: if float64 proves that the
-        ray hits both triangles at different t, the two hits are two places. Thus the two sides of
-        a thin sheet, seen from afar, are two places.
+        Two hits of a ray, for example at an edge, belong to the same place if their t are equal
+        within the float32 error bounds of ``numerics/error_bounds.py``, unless float64 proves that
+        the ray hits both triangles at different t. Thus the two sides of a thin sheet, seen from
+        afar, are two places.
 
         Parameters
         ----------
         ray_origins, ray_directions, multiple_hits : as for ``intersects_id``
-        max_hits : return at most this many of the nearest places per ray; None returns all
+        max_hits : at most this many of the nearest places per ray; None returns all
 
         Returns
         -------
         locations : (m, 3) float64
         index_ray : (m,) int64, ascending
-        index_tri : (m,) int64, the first triangle of each place in the order of (t, triangle)
+        index_tri : (m,) int64, the first triangle of each place by (t, triangle)
         """
         hits, kept, locations = self._places(ray_origins, ray_directions,
                                              max_hits if multiple_hits else 1)
@@ -151,10 +143,9 @@ class RayMeshIntersector:
     def contains_points(self, points: np.ndarray) -> np.ndarray:
         """Return whether each of the (n, 3) points lies inside the mesh, (n,) bool.
 
-        The result is undefined for points on the surface. The test is trimesh's own. It sends two
-        opposite rays from each point: the point is inside if each ray hits an odd number of
-        places. A ray that grazes an outline of the mesh may hit or miss it there, so the result
-        for the ray's point may be wrong.
+        The result is undefined for points on the surface, and may be wrong if a ray grazes an
+        outline. trimesh's test sends two opposite rays from each point: the point is inside if
+        each ray hits an odd number of places.
         """
         return contains_points(self, points)
 
@@ -162,8 +153,8 @@ class RayMeshIntersector:
 
     def _places(self, origins: np.ndarray, directions: np.ndarray, most: int | None
                 ) -> tuple[AllHits, np.ndarray, np.ndarray]:
-        """Return the result of ``_hits``, with enough hits for the nearest ``most`` places of each
-        ray. The second array has only the rows of the hits that begin these places."""
+        """Return the result of ``_hits`` for the nearest ``most`` places of each ray, with only
+        their rows in the second array."""
         asked = most
         while True:
             hits, places, locations = self._hits(origins, directions, asked, True)
@@ -178,9 +169,8 @@ class RayMeshIntersector:
 
     def _hits(self, origins: np.ndarray, directions: np.ndarray, most: int | None, locate: bool
               ) -> tuple[AllHits, np.ndarray, np.ndarray]:
-        """Return the nearest ``most`` hits of each ray; the rows of the hits that begin a place,
-        (k,); and the positions of all hits, (m, 3). Without ``locate``, rows and positions are
-        empty."""
+        """Return the nearest ``most`` hits of each ray; the rows, (k,), of the hits that begin a
+        place; and all positions, (m, 3). Without ``locate``, rows and positions are empty."""
         with self._lock:
             origins, directions, tracer = self._prepared(origins, directions)
             hits = tracer.trace_all(origins, directions, invalid="miss", max_hits=most)
@@ -192,8 +182,8 @@ class RayMeshIntersector:
         with np.errstate(over="ignore"):
             pairs = (triangles, origins.astype(np.float32), directions.astype(np.float32))
             bounds, sharp = (bound_pairs(*pairs, arithmetic) for arithmetic in (FLOAT32, FLOAT64))
-        # Intersect the triangle's plane in float64. A ray that lies nearly in the plane would get
-        # an arbitrary t, so keep the result within float32's error bound around the traced t.
+        # Intersect the triangle's plane in float64, within float32's error bound around the traced
+        # t: a ray nearly in the plane would get an arbitrary t.
         t = hits.t.astype(np.float64)
         reach = np.where(np.isfinite(bounds.t_bound), bounds.t_bound, 0)
         exact = np.where(np.isfinite(bounds.t), bounds.t, t)
@@ -206,23 +196,22 @@ class RayMeshIntersector:
                   ) -> tuple[np.ndarray, np.ndarray, Tracer]:
         """Return origins and directions, (n, 3) float64 each, and the tracer of the mesh.
 
-        Origins are relative to the moved mesh. Each direction is scaled by a power of two, so that
-        its largest component lies in [0.5, 1).
+        Origins are relative to the moved mesh. A power of two scales the largest component of each
+        direction into [0.5, 1).
         """
         origins, directions = (_rays_array(*given) for given in (
             (origins, "ray_origins"), (directions, "ray_directions")))
         if origins.shape != directions.shape:
             raise ValueError(f"ray_origins {origins.shape} and ray_directions "
                              f"{directions.shape} differ")
-        # t is in units of the direction's length. With a very long or short direction, all t would
-        # leave the range of float32 and become equal: 0 or infinity.
+        # For very long or short directions, t, in units of their length, would overflow or
+        # underflow float32.
         directions = np.ldexp(directions, -np.frexp(
             np.abs(directions).max(axis=1, initial=0, keepdims=True))[1])
         tracer = self._current()
         return origins - self._moved, directions, tracer
 
     def _current(self) -> Tracer:
-        """Return the tracer of the mesh in its present state."""
         if self._process != os.getpid():    # an OpenGL context cannot be used after a fork
             self._forget()
         shape, faces = hash(self.mesh), hash(self.mesh.faces)
@@ -251,7 +240,7 @@ class RayMeshIntersector:
         self._process = os.getpid()
 
     def release(self) -> None:
-        """Free the textures and programs; the next query builds them again."""
+        """Free textures and programs; the next query builds them again."""
         if self._tracer is not None and self._process == os.getpid():
             self._tracer.release()
         self._tracer = None
@@ -273,8 +262,7 @@ class RayMeshIntersector:
     def __deepcopy__(self, memo: Any) -> RayMeshIntersector:
         """Return an intersector of the same mesh, as trimesh's own engines do.
 
-        ``mesh.copy()`` gives the copied mesh one of trimesh's engines. Set ``ray`` of the copied
-        mesh again.
+        ``mesh.copy()`` gives the copied mesh one of trimesh's engines; set its ``ray`` again.
         """
         return self.__copy__()
 
@@ -287,7 +275,6 @@ def _kind(given: object) -> str:
 
 
 def _advice(given: object) -> str:
-    """Return the expression that makes a mesh of what was given."""
     if isinstance(given, (str, os.PathLike)):
         return f"trimesh.load_mesh({os.fspath(given)!r})"
     return ("scene.to_mesh()" if isinstance(given, trimesh.Scene)
@@ -295,7 +282,7 @@ def _advice(given: object) -> str:
 
 
 def _rays_array(given: Any, name: str) -> np.ndarray:
-    """Return rays as an (n, 3) float64 array; an empty list becomes (0, 3)."""
+    """Return rays as an (n, 3) float64 array."""
     try:
         rays = np.asanyarray(given, np.float64)
     except (TypeError, ValueError):
@@ -311,9 +298,8 @@ def _far_centre(vertices: np.ndarray) -> np.ndarray:
     """Return the vector to subtract from (v, 3) vertices to move them near the origin, (3,)
     float64.
 
-    Far from 0, float32 would round the vertices coarsely. Along each axis, the component is the
-    mesh's centre if the centre's distance from 0 exceeds the mesh's largest side; otherwise it is
-    0.
+    Along each axis, the vector is the mesh's centre if the centre's distance from 0 exceeds the
+    mesh's largest side, because float32 would round such vertices coarsely; otherwise 0.
     """
     if not len(vertices) or not np.isfinite(vertices).all():
         return np.zeros(3)
@@ -325,8 +311,8 @@ def _far_centre(vertices: np.ndarray) -> np.ndarray:
 def _begins(group: np.ndarray, t: np.ndarray, reach: np.ndarray) -> np.ndarray:
     """Return whether each hit begins a new place, (m,) bool.
 
-    Each hit is compared with the hit before it. A hit begins a place if the two hits differ in
-    ``group``, or if their intervals from t - reach to t + reach are disjoint.
+    A hit begins a place if it differs from the hit before it in ``group``, or if their intervals
+    from t - reach to t + reach are disjoint.
     """
     new = np.ones(len(t), bool)
     new[1:] = (np.diff(group) > 0) | (t[1:] - reach[1:] > t[:-1] + reach[:-1])
@@ -341,9 +327,9 @@ def _places(blurred: np.ndarray, t: np.ndarray, sharp: np.ndarray) -> np.ndarray
     blurred : (m,) int, ascending: numbers of places; hits that float32 cannot separate have the
         same number
     t : (m,) float64, where the ray of a hit meets the triangle's plane
-    sharp : (m,) float64, error bound of t in float64; inf where float64 proves that the ray misses
-        the triangle. A hit with an infinite bound can begin a place only if all hits with its
-        number in ``blurred`` have infinite bounds
+    sharp : (m,) float64, error bound of t in float64; inf where float64 proves a miss. A hit with
+        an infinite bound begins a place only if all hits with its number in ``blurred`` have
+        infinite bounds
     """
     order = np.lexsort((t, ~np.isfinite(sharp), blurred))
     group, t, sharp = blurred[order], t[order], sharp[order]
@@ -358,8 +344,7 @@ def _places(blurred: np.ndarray, t: np.ndarray, sharp: np.ndarray) -> np.ndarray
 
 
 def _check_status(status: np.ndarray) -> None:
-    """Raise an error if rays were stopped, because a stopped ray may have more hits, or nearer
-    hits."""
+    """Raise an error for stopped rays, which may have more or nearer hits."""
     stopped = int((status > 1).sum())
     if stopped:
         raise Error(f"{stopped} rays were stopped before their search ended; raise step_cap or "

@@ -1,7 +1,7 @@
 """Views: how an object shows itself, as a line of text and as a table in a notebook.
 
-A view shows the object's facts: pairs of a name and a text. The time of a view is bounded, because
-a notebook shows the view of each result without being asked.
+A view shows the object's facts: pairs of a name and a text. Its time is bounded, because a
+notebook shows each result without being asked.
 """
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def line(name: str, facts: Iterable[tuple[str, str]]) -> str:
 
 
 def table(name: str, facts: Iterable[tuple[str, str]], picture: Image.Image | None = None) -> str:
-    """Return the facts as a table in HTML, beside a picture. All texts are escaped."""
+    """Return the facts as an HTML table, beside a picture, with all texts escaped."""
     rows = "".join(f"<tr><th {_TEXT}>{html.escape(fact)}</th>"
                    f"<td {_TEXT}>{html.escape(text)}</td></tr>" for fact, text in facts if text)
     found = f"<table><caption {_TEXT}><b>{html.escape(name)}</b></caption>{rows}</table>"
@@ -43,14 +43,12 @@ def table(name: str, facts: Iterable[tuple[str, str]], picture: Image.Image | No
 
 
 def in_notebook() -> bool:
-    """Return whether the program runs in a notebook, such as Jupyter's."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     return getattr(shell, "kernel", None) is not None
 
 
 def stride(count: int, most: int) -> int:
-    """Return the smallest step with which ``[::step]`` picks at most ``most`` of ``count`` items.
-    """
+    """Return the smallest step that picks at most ``most`` of ``count`` items."""
     return max(1, math.ceil(count / most))
 
 

@@ -19,9 +19,9 @@ from ctypes import POINTER, byref, c_char_p, c_float, c_int, c_ubyte, c_uint, c_
 from pathlib import Path
 from typing import Any
 
-# Card -> the DRM shim of the card's family, which is a library that stands in for the kernel's
-# graphics driver; and the environment variables that choose the chip and (for nv40) make the
-# driver print the program.
+# Card -> the DRM shim of the card's family (a library that stands in for the kernel's graphics
+# driver), and the environment variables that choose the chip and (for nv40) make the driver print
+# the program.
 CARDS: dict[str, tuple[str, dict[str, str]]] = {
     "r300": ("radeon", {"RADEON_GPU_ID": "0x4E44"}),
     "r420": ("radeon", {"RADEON_GPU_ID": "0x4A49"}),
@@ -65,7 +65,6 @@ class Driver:
             0x1100, 0x1100, 0x1100, 0, None, 1)
 
     def __call__(self, name: str, result: Any, *types: Any) -> Any:
-        """Return a function of OpenGL."""
         return ctypes.CFUNCTYPE(result, *types)(self.egl.eglGetProcAddress(name.encode()))
 
     @staticmethod
@@ -74,12 +73,11 @@ class Driver:
         print("says:", message.decode().strip(), flush=True)
 
     def name(self) -> str:
-        """Return the renderer and the version."""
         text = self("glGetString", c_char_p, c_uint)
         return " ".join(text(what).decode() for what in (0x1F01, 0x1F02))
 
     def link(self, vertex: str, fragment: str) -> int:
-        """Return a linked program. If the compiler refuses the text, exit with its message."""
+        """Return a linked program, or exit with the compiler's message."""
         program = self("glCreateProgram", c_uint)()
         for kind, text in ((0x8B31, vertex), (0x8B30, fragment)):
             shader = self("glCreateShader", c_uint, c_uint)(kind)
@@ -104,7 +102,6 @@ class Driver:
         return log.value.decode().strip()
 
     def draw(self, program: int) -> None:
-        """Draw a triangle into a texture of 64 x 64 texels."""
         name = c_uint()
         self("glGenTextures", None, c_int, POINTER(c_uint))(1, byref(name))
         self("glBindTexture", None, c_uint, c_uint)(0x0DE1, name)
@@ -131,7 +128,7 @@ class Driver:
 
 
 def run(drivers: Path, card: str, fragment: Path, listing: bool = False) -> str:
-    """Return what a card's driver prints of a fragment program, in a separate process."""
+    """Return what a card's driver prints of a program, in a separate process."""
     found = sorted(drivers.resolve().rglob("libEGL.so.1"))
     if not found:
         sys.exit(f"no drivers in {drivers}: run tools/period_compilers.sh {drivers} first")

@@ -1,7 +1,7 @@
 """Makes the pictures of README.md anew, by the project's own commands: docs/readme/.
 
-The scenes are stand-ins and built-in scenes, so every machine makes the same pictures. The program
-takes about two minutes on two cores. The picture of the page needs Chromium.
+The scenes are stand-ins and built-in scenes, so every machine makes the same pictures, in about
+two minutes on two cores. The picture of the page needs Chromium.
 """
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from PIL import Image
 ROOT = Path(__file__).parents[1]
 WIDTH = 300         # pixels of the small pictures
 Box = tuple[int, int, int, int]     # left, top, right and bottom in pixels
-# The part of a wide picture that README.md shows. In the whole picture the text would be too small
-# to read.
+# The parts of wide pictures that README.md shows, because the whole text would be too small to
+# read.
 VIEWER: Box = (400, 0, 1100, 514)
 TREE: Box = (730, 60, 1310, 430)
 DRAWING: Box = (549, 194, 955, 494)
@@ -31,7 +31,7 @@ FRAME_MS, LAST_MS = 90, 2500    # milliseconds for which a frame, and the last f
 
 
 def run(folder: Path, *words: str) -> None:
-    """Runs a command of gpgpu-rt, without any mesh of this machine, in a folder."""
+    """Runs a command of gpgpu-rt in a folder, without this machine's meshes."""
     print("gpgpu-rt", *words, flush=True)
     bare = {**os.environ, "GPGPU_RT_SCENES": "", "XDG_DATA_HOME": str(folder)}
     subprocess.run([sys.executable, "-m", "gpgpu_rt", *words], cwd=folder, check=True, env=bare,
@@ -49,15 +49,15 @@ def small(source: Path, target: Path, box: Box | None = None) -> None:
 def film(folder: Path, target: Path) -> None:
     """Writes the passes of a traversal as a film.
 
-    The numbers of the passes that the film shows form a geometric series, because half of the rays
-    end in the first passes. So the film begins in slow motion.
+    The numbers of the shown passes form a geometric series, because half of the rays end in the
+    first passes.
     """
     run(folder, *FILM, "--every", "2", "-o", "passes")
     pictures = sorted(folder.glob("passes/pass_*.png"))
     chosen = np.unique(np.geomspace(1, len(pictures), FRAMES).astype(int) - 1)
     frames = [Image.open(pictures[at]).convert("RGB") for at in chosen]
-    # All frames have the same palette, which is made from three frames: after a quarter of the
-    # film, in its middle, and at its end. Without dithering areas stay flat and the file is small.
+    # All frames share a palette, which is made from three frames. Without dithering, areas stay
+    # flat and the file is small.
     sheet = Image.new("RGB", (frames[0].width, 3 * frames[0].height))
     for k, at in enumerate((len(frames) // 4, len(frames) // 2, len(frames) - 1)):
         sheet.paste(frames[at], (0, k * frames[0].height))
@@ -68,7 +68,6 @@ def film(folder: Path, target: Path) -> None:
 
 
 def viewer(folder: Path, target: Path) -> None:
-    """Writes a part of the picture of the viewer's manual page, at most WIDTH pixels wide."""
     small(ROOT / "docs" / "viewer.png", target, VIEWER)
 
 
@@ -86,7 +85,7 @@ def figure(folder: Path, target: Path) -> None:
 
 
 def page(folder: Path, target: Path) -> None:
-    """Writes the drawing of a ray in the page that traces in a browser."""
+    """Writes the drawing of a ray in the page of a browser."""
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if chromium is None:
         print("SKIPPED: the picture of the page needs Chromium")

@@ -1,7 +1,7 @@
 """Builds the documentation site from the pages of the project: `make docs`.
 
-The pages are copied to a temporary folder, where the generated parts of docs/reference are filled
-in. Sphinx then makes the site. A warning of Sphinx, such as a link without a target, is an error.
+Sphinx makes the site from copies of the pages with the generated parts of docs/reference. A
+warning of Sphinx, such as a link without a target, is an error.
 """
 from __future__ import annotations
 
@@ -31,7 +31,6 @@ def main() -> int:
 
 
 def build(output: Path) -> int:
-    """Builds the site in a folder and returns the exit status."""
     from docsite.staging import stage
     from sphinx.cmd.build import build_main
     if output.exists() and any(output.iterdir()) and not (output / "searchindex.js").exists():

@@ -24,7 +24,7 @@ MethodName = Literal[
 
 
 def text() -> str:
-    """Return the file's text. Methods from the user's own folders are left out."""
+    """Return the file's text, without methods from the user's folders."""
     names = [row.name for row in rt.methods() if _is_own(row.name)]
     return HEAD + "".join(f'    "{name}",\n' for name in [AUTO, *names]) + "]\n"
 

@@ -3,9 +3,9 @@
     python tools/mutate_files.py KIND COUNT [SEED]     # KIND: mesh, material, ..., or all
     python tools/mutate_files.py KIND 1 SEED --keep FOLDER     # write the files of a case there
 
-A case is a small set of files of one kind, with random changes. It depends only on its kind and
-its seed. Cases run in a worker process with limits on memory and time. A case that takes too long
-is reported. If a case kills its worker or hangs, the case is reported and a new worker continues.
+A case is a small set of files of one kind, with random changes that depend only on its kind and
+seed. Cases run in a worker process with limits on memory and time. A case that takes too long,
+hangs or kills its worker is reported, and a new worker continues if needed.
 """
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Late(BaseException):
 
 
 def run_case(kind: str, seed: int, folder: Path) -> str:
-    """Run a case; return OK, REFUSED, or a description of its fault."""
+    """Run a case; return OK, REFUSED, or its fault."""
     from mutating.file_kinds import read_case, write_case
 
     import gpgpu_rt as rt
@@ -72,8 +72,7 @@ def _alarm(seconds: int) -> Iterator[None]:
 
 
 def _work(pipe: Connection, kind: str, first: int, last: int) -> None:
-    """Run the cases of some seeds. After each case send its result and seconds, and the worker's
-    peak memory so far."""
+    """Run cases. After each case, send its result, its seconds and the peak memory."""
     os.environ["GPGPU_RT_CACHE"] = ""
     from mutating.file_kinds import cornell
     cornell()       # before the limit is set, because the renderer's own memory does not count
@@ -92,7 +91,6 @@ def _work(pipe: Connection, kind: str, first: int, last: int) -> None:
 
 
 def run_cases(kind: str, count: int, seed: int) -> dict[str, Any]:
-    """Run ``count`` cases from a seed on; return their results."""
     begun, ends, faults = time.monotonic(), Counter[str](), []
     slowest, peak, at = 0.0, 0, seed
     context = multiprocessing.get_context("spawn")
@@ -126,7 +124,6 @@ def run_cases(kind: str, count: int, seed: int) -> dict[str, Any]:
 
 
 def main() -> int:
-    """Run the cases of the command line; return 1 if any case has a fault."""
     from mutating.file_kinds import KINDS, write_case
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("kind", choices=[*KINDS, "all"])

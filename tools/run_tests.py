@@ -7,8 +7,7 @@ import subprocess
 import sys
 import tempfile
 
-# zink is Mesa's OpenGL over Vulkan. Vulkan draws with llvmpipe too, so hits are the same to the
-# bit.
+# zink is Mesa's OpenGL over Vulkan. Vulkan draws with llvmpipe too, so hits are equal to the bit.
 ZINK = {"MESA_LOADER_DRIVER_OVERRIDE": "zink", "GALLIUM_DRIVER": "zink",
         "LIBGL_ALWAYS_SOFTWARE": "1",
         # Without this variable, Vulkan's loader prints a line to stderr.
@@ -22,8 +21,7 @@ NOT_HERE = 77      # exit status of tools/fresh_machine.sh if no fresh machine c
 
 
 def renderer_of(backend: str, **environment: str) -> str:
-    """Return the name of a backend's renderer, or "" if the backend has no context. A separate
-    process opens the context."""
+    """Return a backend's renderer, or "" without a context."""
     probe = ("import sys; from gpgpu_rt.gl.context import open_gpu; "
              "print(open_gpu(sys.argv[1]).renderer)")
     answer = subprocess.run([sys.executable, "-c", probe, backend], capture_output=True,
@@ -32,12 +30,10 @@ def renderer_of(backend: str, **environment: str) -> str:
 
 
 def backends() -> dict[str, str]:
-    """Return the name of each backend's renderer, or "" if the backend has no context."""
     return {backend: renderer_of(backend) for backend in ("osmesa", "egl")}
 
 
-# Tests spend more time in Python than in the renderer, so one process per core halves the time on
-# two cores.
+# Tests spend most time in Python, so a process per core halves the time on two cores.
 AT_ONCE = ["-n", "auto", "--dist", "worksteal"]
 
 

@@ -34,15 +34,14 @@ _TGSI = re.compile(r"^ *\d+: +(?P<op>\w+) ?(?P<rest>.*)$", re.M)
 _TEMP = re.compile(r"TEMP\[(\d+)\]")
 _INPUT = re.compile(r"\bIN\[\d+\]")
 _CONSTANT = re.compile(r"(?:CONST\[0\]|IMM)\[\d+\]")
-# Number of instructions that NV40's driver emits for a TGSI operation (nvfx_fragprog.c). All other
-# operations take one instruction. NV40 selects by condition codes: CMP sets the codes and then
-# moves each of its two values.
+# Number of instructions, if not one, that NV40's driver emits for a TGSI operation
+# (nvfx_fragprog.c). CMP sets NV40's condition codes and then moves each of its two values.
 _INSTRUCTIONS = {"CMP": 3, "SSG": 3, "POW": 3, "TRUNC": 4, "CEIL": 2, "DP2": 2, "IF": 2,
                  "KILL_IF": 2, "LRP": 2, "RSQ": 2, "ELSE": 0, "ENDIF": 0, "ENDLOOP": 0}
 
 
 def cost_of(card: str, said: str, text: str) -> dict[str, Any]:
-    """Return the fields of a StaticCost from what the driver printed."""
+    """Return a StaticCost's fields from the driver's output."""
     found: dict[str, Any] = {"targets": len(set(re.findall(r"gl_FragData\[(\d)\]|TARGET\((\d)\)",
                                                            text)))}
     if refused := re.search(r"refused: (.*)", said):
@@ -63,7 +62,7 @@ def cost_of(card: str, said: str, text: str) -> dict[str, Any]:
 
 
 def _pairs(said: str) -> str:
-    """Return the pairs of vector and scalar operations that R300 to R580 execute."""
+    """Return the pairs of vector and scalar operations of R300 to R580."""
     last = said.rindex(_LAST_STEP) + len(_LAST_STEP)
     lines = itertools.takewhile(lambda line: line[:1] in ("#", " "), said[last:].splitlines())
     return "\n".join(line for line in lines if not line.startswith("#"))
@@ -72,9 +71,8 @@ def _pairs(said: str) -> str:
 def _operations(said: str) -> dict[str, Any]:
     """Return the counts of a program from its listing, which Mesa prints as TGSI.
 
-    The entry ``arithmetic`` is the number of instructions that NV40's driver emits for the
-    operations, without the fetches. The driver never joins two operations in an instruction,
-    although the card can issue operations on different components together.
+    ``arithmetic`` is the number of instructions that NV40's driver emits for the operations,
+    without fetches. The driver never joins operations, although the card can.
     """
     listing = said[said.index("FRAG"):].split("\n\n")[0].strip("\n")
     operations = [match for match in _TGSI.finditer(listing) if match["op"] != "END"]
@@ -98,8 +96,8 @@ def _operations(said: str) -> dict[str, Any]:
 def _nv40_instructions(operation: str, operands: str) -> int:
     """Return the number of instructions that NV40's driver emits for an operation.
 
-    An NV40 instruction reads a single constant and a single input. The driver first copies each
-    further constant or input to a register.
+    An NV40 instruction reads a single constant and a single input; the driver first copies others
+    to registers.
     """
     sources = operands.split(", ")[1:]
     copies = 0
@@ -110,7 +108,6 @@ def _nv40_instructions(operation: str, operands: str) -> int:
 
 
 def write(card: str, drivers: Path, programs: Iterable[static_costs.EraProgram]) -> None:
-    """Compile programs for a card and write its file."""
     entries, driver = {}, ""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "program.frag"

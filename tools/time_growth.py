@@ -17,12 +17,12 @@ from gpgpu_rt.rays.ray_sets import random_rays
 from gpgpu_rt.scene.procedural.shapes import ball, bump
 
 COUNTS = (100_000, 1_000_000, 10_000_000)
-# Subtrees are shared, because eight whole copies of a tree over ten million triangles have more
-# nodes than a float can index.
+# Subtrees are shared, because eight copies of a tree over ten million triangles have more nodes
+# than a float can index.
 _TREE = {"quantise_nodes": 16, "octants": True, "shared_subtrees": 64}
 _EYE = {"packet": (4, 2), "entry_points": 32, **_TREE}
-# The methods for each kind of rays, in order of speed at ten million triangles. At 0.1 million
-# triangles, packets with an interval test are the fastest for eye rays.
+# The methods for each kind of rays, in order of speed at ten million triangles. At 0.1 million,
+# packets with an interval test are the fastest for eye rays.
 METHODS = {
     "eye": (("bvh-packet", _EYE), ("bvh-packet", {**_EYE, "interval_test": True}),
             ("bvh-threaded", _TREE), ("bvh-stack", {"quantise_nodes": 16})),
@@ -35,7 +35,7 @@ ALLOWED = 1.3      # largest growth of the time, divided by the growth of log(tr
 
 
 def rough_ball(count: int) -> rt.Scene:
-    """Return the rough ball as ``count`` triangles; the surface is the same for every count."""
+    """Return the rough ball as ``count`` triangles, always the same surface."""
     triangles = ball(count)
     for height, wavelength in ((0.15, 0.5), (0.03, 0.1), (0.006, 0.02)):
         triangles = bump(triangles, height, wavelength)
@@ -48,9 +48,8 @@ def milliseconds(scene: rt.Scene, kind: str, entries: Sequence[tuple[str, dict[s
                  ) -> list[float]:
     """Return the median time of a million rays of a kind for each (method, options).
 
-    The time covers the passes and the host's sorting of rays. The entries run one after another,
-    in several rounds. Each entry runs once untimed before its timed run, because the previous
-    entry left its own data in the caches.
+    The time covers the passes and the host's sorting of rays. The entries run in turn, in several
+    rounds, each first untimed to warm the caches.
     """
     origins, directions = scene.camera.rays((SIZE, SIZE)) if kind == "eye" else random_rays(
         scene, SIZE * SIZE, SEED)

@@ -22,7 +22,6 @@ CELLS = [Cell("shirley6", "kd-restart", (("max_depth", depth),), 64,
 
 
 def seconds(workers: Workers) -> float:
-    """Return the time in seconds to measure all cells; no earlier result is used."""
     with tempfile.TemporaryDirectory() as folder:
         began = time.perf_counter()
         measure(CELLS, Path(folder), workers=workers)
@@ -36,7 +35,7 @@ def main() -> None:
         for count, times in spent.items():
             with Workers(count=count, threads=1) as workers:
                 workers.client.wait_for_workers(count)
-                # Run a cell in each process first, so that one-time costs are not timed.
+                # Run a cell in each process first, to leave out one-time costs.
                 list(workers.map(_warm, [()] * 4 * count))
                 took = seconds(workers)
             if turn:

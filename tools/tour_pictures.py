@@ -14,8 +14,7 @@ from PIL import Image
 
 WIDTH = 1200        # pixels of the figures, at most
 TOUR = Path(__file__).parents[1] / "docs" / "tour"
-# Each picture, and the file that a command of its page writes. A picture's name begins with the
-# number of its page.
+# Each picture, with the number of its page, and the file that a command of this page writes.
 PICTURES = {
     "1-brute-force.gif": "brute/passes.gif",
     "1-pass-30.png": "brute/pass_0030.png",
@@ -38,13 +37,12 @@ PICTURES = {
 
 
 def page_of(picture: str) -> Path:
-    """Return the page that shows a picture."""
     page, = TOUR.glob(f"{picture.partition('-')[0]}-*.md")
     return page
 
 
 def command_of(picture: str) -> str:
-    """Return the command of the picture's page that writes the picture."""
+    """Return the command of a page that writes a picture."""
     path = Path(PICTURES[picture])
     line = (rf"python -m gpgpu_rt\.figures --only {path.stem}" if path.parts[0] == "figures"
             else rf"gpgpu-rt .* -o {re.escape(path.parts[0])}")
@@ -53,7 +51,6 @@ def command_of(picture: str) -> str:
 
 
 def make(picture: str, folder: Path = TOUR) -> None:
-    """Make a picture and put it into ``folder``."""
     words = shlex.split(command_of(picture))
     words = words[1:] if words[0] == "python" else ["-m", "gpgpu_rt", *words[1:]]
     with tempfile.TemporaryDirectory() as made:

@@ -1,4 +1,4 @@
-"""Ray buffers: the textures of a call's rays and states. A later call may reuse these textures."""
+"""Ray buffers: the textures of a call's rays and states, for reuse by later calls."""
 from __future__ import annotations
 
 from ..gl.context import Gpu
@@ -46,11 +46,9 @@ class RayBuffers:
         return self.rays, self.states
 
     def bytes(self) -> int:
-        """Return the bytes of the textures."""
         return ((texture_bytes(self.rays.textures) if self.rays is not None else 0)
                 + (self.states.bytes() if self.states is not None else 0))
 
     def release(self) -> None:
-        """Free the textures. The next call makes new textures."""
         release(self.rays, self.states)
         self.rays = self.states = None

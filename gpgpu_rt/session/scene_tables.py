@@ -52,12 +52,11 @@ class SceneTables(dict[str, dict[str, moderngl.Texture]]):
         return max(self.integers.values(), default=0) <= SMALL_INTEGER
 
     def check(self, records: Tables, accelerator: Accelerator) -> None:
-        """Raise LimitError if a table of an accelerator exceeds the limits of textures."""
+        """Raise LimitError if a table exceeds the limits of textures."""
         for record in records:
             check_table(self.gpu, self.precision.layout(record), accelerator.tables[record.name])
 
     def samplers(self) -> dict[str, moderngl.Texture]:
-        """Return sampler name -> texture of all tables."""
         return {name: texture for table in self.values() for name, texture in table.items()}
 
     def bytes(self) -> dict[str, int]:
@@ -65,7 +64,6 @@ class SceneTables(dict[str, dict[str, moderngl.Texture]]):
         return {name: texture_bytes(table.values()) for name, table in self.items()}
 
     def keep(self, records: Tables) -> None:
-        """Free every table except the tables of these records."""
         for name in self.keys() - {record.name for record in records}:
             del self.written[name], self.integers[name]
             release(self.pop(name))

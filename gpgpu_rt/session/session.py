@@ -1,4 +1,4 @@
-"""Session: a method with its options over a scene. A session traces rays."""
+"""Session: a method with its options over a scene."""
 from __future__ import annotations
 
 import time
@@ -34,14 +34,13 @@ class Session:
     Parameters
     ----------
     method, options : the method's row in the method table, and a value for each option
-    structure : the structure to trace through; if None, the session builds a structure
+    structure : the structure to trace through; None builds a structure
 
     Attributes
     ----------
     structure : scene, accelerator and tables
     driver : runs the method's passes
-    eye_drivers : drivers for eye rays, in which the rasteriser computes bounds on hit distances,
-        or finds hits
+    eye_drivers : drivers for eye rays, in which the rasteriser bounds hit distances, or finds hits
     buffers : textures of rays and states
     build_seconds, refit_seconds, rebuilt : as in ``Statistics``
     """
@@ -71,17 +70,14 @@ class Session:
 
     @property
     def scene(self) -> Scene:
-        """The scene with its present triangles."""
         return self.structure.scene
 
     @property
     def accelerator(self) -> Accelerator:
-        """The accelerator that rays are traced through."""
         return self.structure.accelerator
 
     @property
     def tables(self) -> SceneTables:
-        """The accelerator's arrays as textures."""
         return self.structure.tables
 
     @property
@@ -96,7 +92,7 @@ class Session:
                 "rebuilt": self.rebuilt}
 
     def counting(self) -> Session:
-        """Return a session over the same structure with ``statistics=True``."""
+        """Return a session with ``statistics=True`` over the same structure."""
         counting = Session(self.gpu, self.method, {**self.options, "statistics": True},
                            self.scene, self.structure)
         counting.build_seconds, counting.refit_seconds = self.build_seconds, self.refit_seconds
@@ -106,7 +102,7 @@ class Session:
     # Tracing --------------------------------------------------------------------------------
 
     def trace(self, batch: RayBatch, any_hit: bool, statistics: Statistics) -> Hits:
-        """Return the nearest hit of each ray. With ``any_hit``, return any hit of each ray."""
+        """Return the nearest hit of each ray; with ``any_hit``, any hit of each ray."""
         with self.gpu:
             statistics.start_call(batch.count)
             self._sort(batch)
@@ -131,7 +127,7 @@ class Session:
 
     def trace_all(self, batch: RayBatch, max_hits: int | None,
                   statistics: Statistics) -> AllHits:
-        """Return all hits of rays, or each ray's ``max_hits`` nearest hits."""
+        """Return all hits of rays; with ``max_hits``, each ray's nearest hits."""
         def trace_on(texels: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
             """Return the fields of HIT and the status of each ray; see `all_hits.Round`."""
             rays, buffers = self.buffers.of(texels.shape[1::-1], after_hit=True)
@@ -167,7 +163,7 @@ class Session:
 
     def count(self, side: Target | PacketHits, statistics: Statistics,
               by_ray: ByRay = whole) -> dict[str, np.ndarray]:
-        """Return the counters of the rays by name, and put their means into the statistics."""
+        """Return the rays' counters by name, and put their means into the statistics."""
         counters = {**side.fields(COUNTERS.name, by_ray),
                     "steps": side.fields(self.method.state.name, by_ray)["steps"]}
         statistics.counters = {name: float(values.mean()) if len(values) else 0.0
@@ -175,13 +171,13 @@ class Session:
         return counters
 
     def eye_driver(self, first_hits: str) -> Driver:
-        """Return the driver of a picture's rays: the eye drivers around the method's driver."""
+        """Return the driver of a picture's rays: the method's driver within the eye drivers."""
         return self.eye_drivers.over(self.driver, first_hits, self.structure.hit_triangles)
 
     # Moving ---------------------------------------------------------------------------------
 
     def move(self, scene: Scene, built: Accelerator | None = None) -> None:
-        """From now on, trace this scene: the same scene with moved triangles.
+        """From now on, trace ``scene``: the same scene with moved triangles.
 
         ``built`` is an accelerator over the moved triangles, if it exists already.
         """
@@ -202,15 +198,11 @@ class Session:
             self.refit_seconds = took
 
     def follow(self) -> None:
-        """Give the driver the structure's present tables."""
         self.driver.follow(self.tables.samplers(), self.accelerator, self.step_cap)
 
     def follow_eye(self, known: bool) -> None:
-        """Give the rasteriser the moved triangles.
-
-        If the host does not know their positions (``known`` is False), drop the rasteriser's
-        triangles instead.
-        """
+        """Give the rasteriser the moved triangles. If the host does not know their positions
+        (``known`` is False), drop the rasteriser's triangles."""
         if known:
             self.eye_drivers.take(self.structure.hit_triangles, self.driver)
         else:
@@ -219,12 +211,11 @@ class Session:
     # Lifetime -------------------------------------------------------------------------------
 
     def bytes(self) -> int:
-        """Return the bytes of all textures."""
         return (sum(self.structure.table_bytes.values()) + self.buffers.bytes()
                 + self.driver.bytes() + self.eye_drivers.bytes())
 
     def release(self) -> None:
-        """Free textures and programs, but not a structure that the caller gave."""
+        """Free textures and programs, but not the caller's structure."""
         release(self.buffers, self.eye_drivers, self.driver)
         if not self._borrowed:
             self.structure.release()

@@ -1,4 +1,4 @@
-"""Sessions: holds the one or two sessions of a tracer. Only one thread at a time can use them."""
+"""Sessions: the one or two sessions of a tracer. Only one thread at a time can use them."""
 from __future__ import annotations
 
 import re
@@ -25,16 +25,14 @@ from .pictures import Pictures
 from .session import Session
 
 # Rays count as coherent when at least this share of neighbouring rays agrees in direction and
-# origin. At 0.7, packets and single rays take about the same time; docs/notes/schedules.md has the
-# measurement.
+# origin: packets and single rays then take about the same time (docs/notes/schedules.md).
 COHERENT_SHARE = 0.7
 
 
 class Sessions:
-    """A single session, or a session for coherent rays and a session for incoherent rays.
+    """A single session, or a session each for coherent and for incoherent rays.
 
-    A session traces rays through a scene, by a method with its options. The session for incoherent
-    rays is built at the first call with incoherent rays.
+    The session for incoherent rays is built at the first call with incoherent rays.
 
     Parameters
     ----------
@@ -62,12 +60,10 @@ class Sessions:
 
     @property
     def present(self) -> Session:
-        """The session that the last call used."""
         return self._sessions[self.chosen]
 
     @property
     def held(self) -> tuple[Session, ...]:
-        """All sessions that have been built."""
         return tuple(self._sessions.values())
 
     @property
@@ -76,16 +72,14 @@ class Sessions:
         return any(method.packet for method, _ in self.rows.values())
 
     def remade(self) -> Choices:
-        """Return choices from which another process makes equal sessions. A context object cannot
-        be sent to another process, so the other process opens its own context."""
+        """Return choices from which another process makes equal sessions, with a context of its
+        own."""
         context = self.present.options["context"]
         context = context if isinstance(context, str) else None
         return Choices(*(replace(self.choices.of(rays), options={**options, "context": context})
                          for rays, (_, options) in self.rows.items()))
 
     def facts(self) -> Facts:
-        """Return the facts that describe a tracer: the scene, the methods with the options that
-        differ from their defaults, and the renderer."""
         scene = self.present.scene
         found = [("scene", scene.title), ("size", counted(len(scene), "triangle"))]
         for rays, (method, options) in self.rows.items():
@@ -104,7 +98,7 @@ class Sessions:
 
     @contextmanager
     def _alone(self) -> Iterator[None]:
-        """Lock out other threads within the block. After ``release``, raise Error."""
+        """Lock out other threads within the block. Raise Error after ``release``."""
         with self.gpu:
             if self._released:
                 raise Error("this tracer was released, for example at the end of its `with` "
@@ -113,7 +107,7 @@ class Sessions:
 
     @contextmanager
     def turn(self, rays: str | RayBatch) -> Iterator[Session]:
-        """Within the block, only this thread uses the sessions. Yield the session for the rays.
+        """Lock out other threads within the block, and yield the session for the rays.
 
         Parameters
         ----------
@@ -128,7 +122,7 @@ class Sessions:
 
     @contextmanager
     def call(self, rays: str | RayBatch) -> Iterator[Session]:
-        """Do the same as ``turn``. If the option ``statistics`` is on, also log the passes."""
+        """Do the same as ``turn``; with the option ``statistics``, also log the passes."""
         with self.turn(rays) as chosen:
             if chosen.options["statistics"]:
                 with logged(self.gpu, self.statistics) as self.pass_log:
@@ -140,9 +134,7 @@ class Sessions:
 
     @contextmanager
     def moving(self) -> Iterator[Session]:
-        """Within the block, this thread may move the session's triangles.
-
-        At the end of the block, the integrator of pictures gets the moved triangles.
+        """Within the block, this thread may move the session's triangles, also in pictures.
 
         Raises
         ------
@@ -163,7 +155,6 @@ class Sessions:
 
     @contextmanager
     def counting(self) -> Iterator[None]:
-        """Within the block, the present session has statistics; see `Tracer.counting`."""
         if self.choices.differ:
             raise OptionError("counting needs a tracer with a single method, but this tracer has "
                               "two; make it with statistics=True, or with a single method")
@@ -181,7 +172,7 @@ class Sessions:
     # The present session --------------------------------------------------------------------
 
     def _kind_of(self, batch: RayBatch) -> str:
-        """Return COHERENT or INCOHERENT, or the present kind if the rays' kind is not known."""
+        """Return COHERENT or INCOHERENT, or the present kind if it is not known."""
         share = None
         if self.choices.differ:
             lo, hi = self.present.structure.bounds
@@ -191,10 +182,8 @@ class Sessions:
         return COHERENT if share >= COHERENT_SHARE else INCOHERENT
 
     def _choose(self, kind: str) -> Session:
-        """Make the session for rays of this kind the present session.
-
-        If building or moving this session fails, the present session does not change.
-        """
+        """Make the session for rays of this kind the present session, unless building or moving it
+        fails."""
         if kind == self.chosen or not self.choices.differ:
             return self.present
         before, session = self.present, self._sessions.get(kind)
@@ -208,12 +197,11 @@ class Sessions:
         return session
 
     def _note_costs(self) -> None:
-        """Write the costs of the present session's structure into the statistics."""
+        """Write the present session's costs into the statistics."""
         self.statistics.__dict__.update(
             self.present.costs(), choice=self.chosen if self.choices.differ else "")
 
     def release(self) -> None:
-        """Free all sessions and pictures."""
         with self.gpu:
             if not self._released:
                 self._released = True

@@ -27,7 +27,7 @@ class Moved(NamedTuple):
     Attributes
     ----------
     rebuilt : whether the accelerator was rebuilt
-    tried_seconds : time of the attempt to refit; also given if a rebuild followed
+    tried_seconds : time of the attempt to refit, even if a rebuild followed
     same_programs : whether the compiled programs can read the new tables
     """
 
@@ -50,8 +50,8 @@ class Structure:
     triangles : (n, 3, 3) float32, the triangles as the textures store them
     accelerator : the accelerator over ``triangles``
     tables : the accelerator's arrays as textures
-    table_bytes : record name -> bytes of its textures. ``Statistics`` refers to this dict, so
-        changes update its entries and never replace the dict
+    table_bytes : record name -> bytes of its textures, always the same dict, because
+        ``Statistics`` refers to it
     """
 
     def __init__(self, gpu: Gpu, method: Method, options: dict[str, Any], scene: Scene) -> None:
@@ -71,26 +71,26 @@ class Structure:
 
     @property
     def shown(self) -> Scene:
-        """The scene that hits lie on: the scene itself, or a coarser level of its surface."""
+        """The scene that hits lie on: the scene, or a coarser level of its surface."""
         coarser = self.accelerator.shown
         return self.scene if coarser is None else replace(self.scene, triangles=coarser)
 
     @property
     def hit_triangles(self) -> np.ndarray:
-        """(n, 3, 3) float32, the triangles that rays are tested against, rounded as the method's
+        """The triangles that rays are tested against, (n, 3, 3) float32, rounded as the method's
         tables store them. A hit on row i gets the triangle index i."""
         coarser = self.accelerator.shown
         return self.triangles if coarser is None else self.builder.stored(self.shown)
 
     def write(self, records: Tables, accelerator: Accelerator) -> None:
-        """Write the accelerator's tables of these records into textures."""
         self.tables.write(records, accelerator)
         accelerator.small_integers = self.tables.small_integers
         self.table_bytes.clear()
         self.table_bytes.update(self.tables.bytes())
 
     def adopt(self, method: Method, options: Mapping[str, Any]) -> tuple[Samplers, Accelerator]:
-        """Return the tables of another method over the same tree. Make the missing textures."""
+        """Return the tables of another method over the same tree, and make the missing
+        textures."""
         missing = [record for record in method.tables_for(options)
                    if record.name not in self.tables]
         accelerator = self.accelerator
@@ -103,14 +103,14 @@ class Structure:
     def move(self, scene: Scene, built: Accelerator | None = None) -> Moved:
         """Replace the scene by the same scene with moved triangles.
 
-        Use the accelerator ``built`` over the moved triangles, if the caller gives one. Otherwise,
-        refit the present accelerator, or rebuild it if the method cannot refit or the option
-        ``rebuild_ratio`` requires a rebuild.
+        Use the accelerator ``built`` over the moved triangles if given. Otherwise refit the
+        present accelerator, or rebuild it if the method cannot refit or ``rebuild_ratio`` requires
+        a rebuild.
 
         Raises
         ------
         SceneError, LimitError
-            for a scene that cannot be built; the structure then stays unchanged
+            for a scene that cannot be built; the structure stays unchanged
         """
         triangles = self.builder.stored(scene)
         own = self.method.tables_for(self.options)
@@ -119,7 +119,7 @@ class Structure:
             refitted = None if built else self.builder.refit(self.accelerator, triangles)
             tried = time.perf_counter() - began
             accelerator = built or refitted or self.builder.build(triangles)
-        self.tables.check(own, accelerator)     # an error leaves the present tables unchanged
+        self.tables.check(own, accelerator)     # before anything changes
         before, self.accelerator, self.triangles = self.accelerator, accelerator, triangles
         self.scene, self.bounds = scene, scene.bounds
         self.tables.keep(own)       # other methods' tables are remade by `adopt` when needed
@@ -134,10 +134,8 @@ class Structure:
 
         Parameters
         ----------
-        accelerator : the accelerator around the moved triangles
-        bounds : the corners of the box around the moved triangles
-        read_back : the moved scene and its stored triangles, (n, 3, 3) float32; None if the host
-            does not know them
+        accelerator, bounds : the accelerator around the moved triangles, and its box's corners
+        read_back : the moved scene and its stored triangles, (n, 3, 3) float32, or None
         """
         self.accelerator, self.bounds = accelerator, bounds
         accelerator.small_integers = self.tables.small_integers
@@ -145,10 +143,9 @@ class Structure:
             self.scene, self.triangles = read_back
         if any(accelerator.tables[name] is not arrays
                for name, arrays in self.tables.written.items()):
-            # Some triangle lost its area, or has area again, so the tables changed.
+            # A triangle lost or regained its area, so the tables changed.
             self.write(self.method.tables_for(self.options), accelerator)
 
     def release(self) -> None:
-        """Free the textures."""
         release(self.accelerator.finisher)
         self.tables.keep(())

@@ -16,10 +16,7 @@ class Finisher(Protocol):
     """Runs passes that complete tables on the GPU."""
 
     def run(self, gpu: Gpu, samplers: Mapping[str, moderngl.Texture]) -> None:
-        """Complete the tables, which ``samplers`` gives by sampler name.
-
-        After every write to a table, the passes must run again.
-        """
+        """Complete the tables, given by sampler name, after every write to a table."""
 
     def release(self) -> None:
         """Free the programs and textures of the passes."""
@@ -33,19 +30,18 @@ class Accelerator:
     ----------
     tables : Record name -> field name -> array (or Column). The fields are packed into textures.
     uniforms : Uniform name -> value.
-    step_bound : Upper bound on the kernel runs of a ray. Computed from the structure's size.
+    step_bound : Upper bound on the kernel runs of a ray.
     structure : The builder's result, or None.
     defines : GLSL defines that follow from the structure.
-    stack_levels : Largest number of levels in the stack of a ray or packet. 0 without a stack.
+    stack_levels : Largest number of levels in the stack of a ray or packet.
     finisher : Passes that complete the tables after their upload.
-    small_integers : Whether no integer of the tables is above 2^22 (``glsl/core/fetch.glsl``). Set
-        when the tables are written into textures.
+    small_integers : Whether no integer of the tables is above 2^22 (``glsl/core/fetch.glsl``).
     shown : The triangles that hits lie on, (n, 3, 3) float32, if the method traces a coarser level
-        of the scene. None if hits lie on the scene's own triangles.
+        of the scene; otherwise None.
     kept : Data that the builder keeps for the row's ``refit``.
-    boxes : Returns the lower and the upper corners, (k, 3) each, of the nodes' boxes. The state's
-        field ``node`` is an index into these arrays.
-    automatic : Option -> value. The values that the builder uses for options that are None.
+    boxes : Returns the lower and the upper corners, (k, 3) each, of the nodes' boxes, indexed by
+        the state's field ``node``.
+    automatic : Option -> value. The builder's values for options that are None.
     """
 
     tables: dict[str, dict[str, np.ndarray | Column]]

@@ -1,4 +1,4 @@
-"""Assembly: makes the driver of a method for a schedule, and the stages that run before it."""
+"""Assembly: makes the driver of a method, and the stages that run before the driver."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -18,10 +18,9 @@ from .stages.sorted_rays import SortedRays
 def make_driver(setup: Setup) -> Driver:
     """Return the driver of a method for the schedule of its options.
 
-    The driver is of the class that ``Method.drivers`` names for the schedule. Without such a name,
-    the driver is a `schedules.Traversal`, or with the option ``era``, an `era.EraTraversal`. If
-    options ask for entry points or sorted rays, the drivers of these stages wrap the method's
-    driver.
+    ``Method.drivers`` names the driver's class for a schedule. The default is
+    `schedules.Traversal`, or with the option ``era``, `era.EraTraversal`. If options ask for entry
+    points or sorted rays, the drivers of these stages wrap the method's driver.
     """
     check_own_arrays(setup.gpu, setup.method, setup.options)
     plain = EraTraversal if setup.options["era"] else Traversal

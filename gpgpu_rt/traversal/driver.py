@@ -1,7 +1,6 @@
 """Drivers: a driver runs a method's programs over the rays.
 
-A row of the method table may name a driver for a schedule; `assembly.make_driver` has the
-defaults.
+A row of the method table may name a driver for a schedule; see `assembly.make_driver`.
 """
 from __future__ import annotations
 
@@ -43,9 +42,9 @@ class Setup:
     accelerator : uniforms and defines that the method's GLSL needs
     options : the options of the tracer and of the method, resolved
     step_cap : steps after which a ray is stopped and flagged
-    find_method : name -> row of the method table, for a driver that hands rays to another method
-    prepare_other : (method, options) -> samplers and accelerator of ``method`` over the same
-        triangles, for a driver that hands rays to ``method``
+    find_method : name -> row of the method table, to hand rays to another method
+    prepare_other : (method, options) -> samplers and accelerator of that method over the same
+        triangles
     """
 
     gpu: Gpu
@@ -59,7 +58,7 @@ class Setup:
 
 
 class Driver(Protocol):
-    """Runs a method's programs over rays. A method's own driver is made from a ``Setup``."""
+    """Runs a method's programs over rays."""
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
@@ -76,7 +75,7 @@ class Driver(Protocol):
 
 
 class DriverBase:
-    """The programs and targets of a driver. They are made at first use and freed together.
+    """The programs and targets of a driver, made at first use and freed together.
 
     Parameters
     ----------
@@ -86,8 +85,7 @@ class DriverBase:
     ----------
     programs : key -> pass
     kept : name -> target or other part that the driver owns
-    keeps_states : whether each ray's state is kept between passes in a target with the fields of
-        the method's record ``state``. States can then be observed
+    keeps_states : whether a target keeps each ray's state between passes, for observers
     """
 
     keeps_states = False
@@ -101,8 +99,7 @@ class DriverBase:
 
     @property
     def mask_interval(self) -> int:
-        """Number of passes between two counts of the live rays: the option ``mask_interval``, or a
-        default."""
+        """Number of passes between two counts of the live rays."""
         steps = self.options["steps_per_pass"] if self.options["schedule"] == "step" else 1
         return self.options["mask_interval"] or max(2, QUERY_INTERVAL // steps)
 
@@ -111,7 +108,7 @@ class DriverBase:
         return {}
 
     def program(self, key: Hashable, make: Callable[[], AnyPass]) -> AnyPass:
-        """Return the program of a key. ``make`` compiles the program at the first request."""
+        """Return the program of a key, made at the first request."""
         found: Any = self.programs.get(key)
         if found is None:
             found = self.programs[key] = make()
@@ -120,8 +117,7 @@ class DriverBase:
 
     def keep(self, name: str, make: Callable[[], Part],
              fits: Callable[[Part], bool] = lambda part: True) -> Part:
-        """Return the part ``name``. If there is no such part, make the part. If the part does not
-        fit, release the part and make a new part."""
+        """Return the part ``name``, made anew if it is missing or does not fit."""
         part = self.kept.get(name)
         if part is None or not fits(part):
             self.drop(name)
@@ -129,30 +125,26 @@ class DriverBase:
         return part
 
     def drop(self, name: str) -> None:
-        """Release the part ``name``, if the driver has this part."""
         release(self.kept.pop(name, None))
 
     def draw(self, program: FullScreenPass, target: Drawable, samplers: Samplers,
              statistics: Statistics, kernel: str | None = None, **more: Any) -> None:
-        """Draw and count a full-screen pass. ``FullScreenPass.draw`` receives ``more``."""
+        """Draw and count a full-screen pass. ``more`` goes to ``FullScreenPass.draw``."""
         program.draw(target, samplers, **more)
         self.count_pass(statistics, kernel)
 
     @staticmethod
     def count_pass(statistics: Statistics, kernel: str | None = None) -> None:
-        """Count a pass of a single draw call. If ``kernel`` is given, also add the pass to the
-        count of this kernel."""
+        """Count a pass of a single draw call, also for ``kernel`` if given."""
         statistics.passes += 1
         statistics.draw_calls += 1
         if kernel is not None:
             statistics.kernel_passes[kernel] = statistics.kernel_passes.get(kernel, 0) + 1
 
     def bytes(self) -> int:
-        """Return the bytes of the textures that the driver owns."""
         return bytes_of(self.kept)
 
     def release(self) -> None:
-        """Free programs and parts."""
         release(self.programs, self.kept)
         self.programs, self.kept = {}, {}
 
@@ -162,9 +154,8 @@ class MethodDriver(DriverBase):
 
     Parameters
     ----------
-    driver : the inner driver, or None. A driver is either a method's own driver, without an inner
-        driver, or a stage such as sorted rays. A stage prepares the rays, or the nodes at which
-        they enter the tree, and then runs the inner driver
+    driver : the inner driver of a stage, such as sorted rays; None for a method's own driver. A
+        stage prepares the rays or their entry nodes, and then runs the inner driver
     """
 
     def __init__(self, setup: Setup, driver: Driver | None = None) -> None:
@@ -176,30 +167,25 @@ class MethodDriver(DriverBase):
             self.driver = self.kept["driver"] = driver
 
     def uniforms(self) -> Mapping[str, Any]:
-        """Return the uniforms of the accelerator, and the step cap."""
         return {**self.accelerator.uniforms, "step_cap": self.step_cap}
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved. Records and defines are unchanged."""
         self.samplers, self.accelerator, self.step_cap = samplers, accelerator, step_cap
         for program in self.programs.values():
             program.set(**self.uniforms())
 
     def state_program(self, file: str, state: Record) -> FullScreenPass:
-        """Return a program of ``glsl/drivers/`` that reads only a state."""
         record = self.precision.layout(state)
         return self.program((file, record), lambda: FullScreenPass(
             self.gpu, f"drivers/{file}.frag", {}, {"streams": record.stream_glsl(writes=False)}))
 
     def count_phase(self, phase: int, states: Target, buffers: StateBuffers,
                     statistics: Statistics) -> int:
-        """Return the number of rays whose state is in a phase, counted by an occlusion query.
-        UNFINISHED stands for every stopped ray."""
+        """Return the number of rays in a phase. UNFINISHED stands for every stopped ray."""
         program = self.state_program("classify", self.method.state)
         program.set(phase=phase)
         self.gpu.context.enable_only(moderngl.NOTHING)
         return program.count(buffers.mask, states.samplers(), statistics, DRAWN)
 
     def count_stopped(self, final: Target, buffers: StateBuffers, statistics: Statistics) -> int:
-        """Return the number of rays that the step cap or a full stack stopped."""
         return self.count_phase(UNFINISHED, final, buffers, statistics)

@@ -1,12 +1,11 @@
 """The era form: a method's kernels as the cards of 2002-2006 ran them, one kernel per pass.
 
-The kernels are the texts of ``glsl/methods/``, which ``glsl/era/pass.glsl`` includes. Indices are
-floats. Each texel of a record lies in a separate texture. A ray's state has the fields that the
-method's paper stores. The host chooses the kernel of each pass by occlusion queries.
+Indices are floats. Each texel of a record lies in a separate texture. A ray's state has the fields
+that the method's paper stores. The host chooses the kernel of each pass by occlusion queries.
 
-A dialect is a main file that includes ``glsl/era/pass.glsl``. The cards' compilers read the
-dialect ``card`` (glsl/era/card.frag). The renderer that traces the rays today runs the dialect
-``renderer`` (glsl/era/renderer.frag).
+A dialect is a main file that includes ``glsl/era/pass.glsl`` and so the kernels of
+``glsl/methods/``. The cards' compilers read the dialect ``card``; today's renderer runs the
+dialect ``renderer``.
 """
 from __future__ import annotations
 
@@ -43,8 +42,8 @@ class EraKernel:
     Attributes
     ----------
     name : the kernel's name; INIT for the pass that sets up states
-    defines, virtual : arguments of ``gl.shader.resolve``, for the main file of either dialect
-    writes_hit : whether the kernel writes rays' hits. False if the kernel cannot change hits
+    defines, virtual : arguments of ``gl.shader.resolve``, for either dialect
+    writes_hit : whether the kernel writes rays' hits
     """
 
     name: str
@@ -53,7 +52,6 @@ class EraKernel:
     writes_hit: bool
 
     def source(self, dialect: str) -> Source:
-        """Return the text in a dialect: ``card`` or ``renderer``."""
         return resolve(f"era/{dialect}.frag", self.defines, self.virtual)
 
 
@@ -64,11 +62,11 @@ def era_kernel(method: Method, options: Mapping[str, Any], name: str, any_hit: b
     Parameters
     ----------
     method : the method in its form for these options (`Method.formed`)
-    options : the options of the tracer and of the method, resolved with ``era``
+    options : the resolved options of the tracer and of the method, with ``era``
     name : a kernel of the method, or INIT
     any_hit : whether rays stop at their first hit
-    defines : the defines that follow from the accelerator
-    in_loop : whether the kernel is the body of a branch in a loop, not a pass of its own
+    defines : the accelerator's defines
+    in_loop : whether the kernel is a branch in a loop, not a pass of its own
     """
     start = name == INIT
     chosen = {
@@ -114,18 +112,16 @@ class EraDriver(MethodDriver):
         self._repeat_tables()
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved. Records and defines are unchanged."""
         super().follow(samplers, accelerator, step_cap)
         self._repeat_tables()
 
     def _repeat_tables(self) -> None:
         for texture in self.samplers.values():
-            # The whole part of an accessor's x coordinate is the texel's row. Repeat the texture,
-            # so that the lookup drops the whole part.
+            # The whole part of an accessor's x coordinate is the texel's row, which repetition
+            # drops.
             texture.repeat_x = True
 
     def uniforms(self) -> Mapping[str, Any]:
-        """Return the uniforms of the accelerator and of the tables' accessors."""
         found = dict(super().uniforms())
         for record in self.method.tables_for(self.options):
             record = self.precision.layout(record)
@@ -134,7 +130,7 @@ class EraDriver(MethodDriver):
         return found
 
     def generated(self, rays: RayTextures, statistics: Statistics) -> RayTextures:
-        """Return copies of the rays. Tiny numbers replace the zero components of directions."""
+        """Return copies of the rays with tiny numbers for the zero components of directions."""
         rays.complete()
         mine = self.keep("rays", lambda: rays.like(rays.size), lambda old: old.fits(rays))
         program = self.program("rays", lambda: FullScreenPass(
@@ -148,14 +144,13 @@ class EraTraversal(EraDriver, Traversal):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray, as ``Traversal.run``."""
         self._buffers, self._choices = buffers, 0
         return super().run(self.generated(rays, statistics), buffers, statistics, any_hit)
 
     def _classify(self, now: Target, buffers: StateBuffers, tiles: Tiles,
                   statistics: Statistics) -> dict[int, int]:
-        """Do the same as ``Traversal._classify``. States count no steps here, so count the host's
-        choices of kernels. Raise LimitError if the choices exceed the step cap."""
+        """Do the same as ``Traversal._classify``, and raise LimitError if the host's choices of
+        kernels exceed the step cap: states have no step counts."""
         self._choices += 1
         if self._choices > self.step_cap:
             raise LimitError(f"method {self.method.name} in the era form does not end: the host "
@@ -168,17 +163,16 @@ class EraTraversal(EraDriver, Traversal):
         """Draw a pass. A kernel that cannot change hits reads hits from side 0 and writes only
         states.
 
-        The schedule ``kernels`` draws passes in pairs: from side 0 of the buffers to side 1, and
-        back to side 0. Before a pair, side 0 has the hits of all rays. A kernel that cannot change
-        hits leaves these hits valid, so both passes of the pair read them.
+        Passes are drawn in pairs, from side 0 of the buffers to side 1 and back. Before a pair,
+        side 0 has the hits of all rays, which stay valid if the kernel cannot change hits.
         """
         if source is not None and kernel != TESTS_TRIANGLES:
             source, target = self._part(source, HIT), self._part(target)
         super()._draw(program, rays, source, target, statistics, depth, tiles, kernel)
 
     def _part(self, side: Target, *read: Record) -> Target:
-        """Return a target over the states of a side of the buffers, and over the records ``read``
-        of side 0."""
+        """Return a target over the states of a side of the buffers, and the records ``read`` of
+        side 0."""
         buffers = self._buffers
         state, *others = (self.precision.layout(record) for record in (self.method.state, *read))
         index = 0 if side is buffers.side(0) else 1

@@ -1,7 +1,4 @@
-"""Era packet form: describes the packets of a method in the era form (see era.py).
-
-The method's row in the method table has a field for this description.
-"""
+"""Era packet form: describes a method's packets in the era form (see era.py)."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
@@ -33,8 +30,8 @@ class EraPackets:
     driver: str = "era_packets.EraPacketTraversal"
 
     def implied(self, options: Iterable[Option]) -> dict[str, Any]:
-        """Return the options that the era form implies: the schedule, and a value for each of the
-        method's ``options`` whose default does not fit."""
+        """Return the options that the era form implies: the schedule, and a value for each of
+        ``options`` whose default does not fit."""
         return {"schedule": "loop", **{
             option.name: self.fits[option.name][0] for option in options
             if option.default not in self.fits.get(option.name, (option.default,))}}

@@ -2,8 +2,8 @@
 branches.
 
 To count instructions, a card's compiler reads the kernels one by one
-(glsl/era/packet_kernel.glsl). `packet_loop` returns the whole program. The option ``era`` runs
-this program for chips that have loops.
+(glsl/era/packet_kernel.glsl). The option ``era`` runs the whole program, `packet_loop`, for chips
+that have loops.
 """
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ RAYS = Record("packet_rays", " | ".join(
 HITS = replace(HIT, layout="t:vec4 | u:vec4 | v:vec4 | triangle:ivec4")
 """The hits of the four rays."""
 
-# The hits under another name: the program that copies them to single rays also uses HIT.
+# Another name, because the program that copies these hits to single rays also uses HIT.
 _KEPT = replace(HITS, name="packet")
 
 
 def packet_kernels(method: Method, options: Mapping[str, Any],
                    any_hit: bool = False) -> list[EraKernel]:
-    """Return the kernels of a packet method in the era form, each as a separate text.
+    """Return the kernels of a packet method in the era form, each as its own text.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def packet_kernels(method: Method, options: Mapping[str, Any],
 
 
 def packet_loop(method: Method, options: Mapping[str, Any], any_hit: bool = False) -> EraKernel:
-    """Return the whole program of a packet method. Parameters and errors as `packet_kernels`."""
+    """Return the whole program of a packet method; see `packet_kernels`."""
     era = _form(method, options)
     streams = "\n".join([era_accessors.far_stream_glsl(RAY_TEXELS),
                          era_accessors.streams_glsl((RAYS, era.state), (HITS,))])
@@ -99,8 +99,7 @@ def _texts(method: Method, era: EraPackets, name: str) -> dict[str, str]:
 class EraPacketTraversal(EraDriver):
     """Traces 2x2 rays per fragment, in a single pass with a loop.
 
-    A packet at the edge of an image of odd size traces the rays of the image's last row or column
-    twice.
+    A packet at the edge of an image of odd size traces the last row or column twice.
     """
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,

@@ -16,11 +16,9 @@ TILE = 16   # width and height of a tile in rays
 class Tiles:
     """Counts, in each tile, the rays that wait for each kernel.
 
-    The pass of a kernel then skips the tiles without rays for this kernel. The graphics cards of
-    2002-2007 skipped masked tiles by hierarchical depth. A renderer without hierarchical depth
-    tests the depth of every fragment in every pass. Late in a traversal, few rays are live, and
-    these depth tests take most of the time. The host's list of tiles therefore replaces the
-    hierarchical depth unit. Hits do not depend on the list.
+    The pass of a kernel skips tiles without such rays, as the cards of 2002-2007 did by
+    hierarchical depth. Otherwise, late in a traversal, a renderer without hierarchical depth would
+    spend most of the time on depth tests. Hits do not depend on the tiles.
     """
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], streams: str) -> None:
@@ -36,14 +34,14 @@ class Tiles:
         self.everywhere()
 
     def everywhere(self) -> None:
-        """Choose every tile. A traversal begins with this call, before rays are counted."""
+        """Choose every tile, to begin a traversal."""
         self._counts[:] = 1
         self.choose(None)
 
     def count(self, samplers: Mapping[str, moderngl.Texture]) -> None:
         """Count the waiting rays of the tiles that the latest ``choose`` chose.
 
-        All other tiles count as empty, so the chosen tiles must include every live ray.
+        Other tiles count as empty, so the chosen tiles must include every live ray.
         """
         context = self._gpu.context
         context.enable_only(moderngl.NOTHING)
@@ -54,11 +52,10 @@ class Tiles:
         context.enable_only(moderngl.DEPTH_TEST)
 
     def choose(self, kernel: int | None) -> None:
-        """Choose the tiles with rays that wait for this kernel; None means any kernel."""
+        """Choose the tiles with rays that wait for this kernel, or with None, for any kernel."""
         counts = self._counts.sum(2) if kernel is None else self._counts[:, :, kernel - 1]
-        # Write whole tiles, even if a tile reaches past the last ray; the target clips the tile.
-        # The same rectangles are drawn over the counts, which have a texel for each tile. A tile
-        # that was cut could miss the centre of this texel.
+        # The target clips the last tile. Do not cut it here: the same rectangles are drawn over
+        # the counts, with a texel for each tile, whose centre a cut tile could miss.
         self.rectangles.write(rectangles_of(counts > 0))
 
     def release(self) -> None:
@@ -68,8 +65,8 @@ class Tiles:
 def rectangles_of(wanted: np.ndarray) -> np.ndarray:
     """Return the corners, (n, 4) in texels, of rectangles that cover the tiles of a mask.
 
-    ``wanted`` is a (rows, columns) bool array. Each run of tiles in a row becomes a rectangle. If
-    there are more runs than `Rectangles` can hold, a single rectangle covers the whole mask.
+    ``wanted`` is a (rows, columns) bool array. Each run of tiles in a row becomes a rectangle. A
+    single rectangle covers the whole mask if `Rectangles` cannot hold all runs.
     """
     edges = np.diff(np.pad(wanted, ((0, 0), (1, 1))).astype(np.int8), axis=1)
     row, first = np.nonzero(edges == 1)

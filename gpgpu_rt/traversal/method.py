@@ -35,16 +35,13 @@ PACKET_ENTRIES = Option(
     unset=OFF)
 
 
-# The array of a stack has a multiple of this number of levels, so that trees of similar depth use
-# the same programs. The unused levels cost no time on llvmpipe.
+# A stack's array has a multiple of this number of levels, so that trees of similar depth share
+# programs. Unused levels cost no time on llvmpipe.
 STACK_STEP = 8
 
 
 def stack_defines(levels: int) -> dict[str, object]:
-    """Return the GLSL define for the array of a stack with at most ``levels`` levels.
-
-    The size is rounded up to a multiple of STACK_STEP.
-    """
+    """Return the GLSL define for the array of a stack with at most ``levels`` levels."""
     return {"STACK_SIZE": -(-levels // STACK_STEP) * STACK_STEP}
 
 
@@ -52,16 +49,13 @@ def stack_defines(levels: int) -> dict[str, object]:
 class Part:
     """Chooses the file that replaces ``#include <name>`` in a method's GLSL.
 
-    A traversal file calls functions that it does not define. Each file that can replace the
-    include defines these functions.
-
     Attributes
     ----------
     name : str, the name of the include
     option : str, the option whose value chooses the file
     plain : file under ``glsl/`` for every value that no key of ``files`` matches
-    files : value -> file under ``glsl/``. The key True also matches each value that counts as true
-        in Python and has no key of its own
+    files : value -> file under ``glsl/``. The key True also matches each true value that has no
+        key of its own
     """
 
     name: str
@@ -70,13 +64,12 @@ class Part:
     files: Mapping[Any, str]
 
     def file(self, options: Mapping[str, Any]) -> str:
-        """Return the file for these options. Without the option, return the plain file."""
+        """Return the file for these options."""
         value = options.get(self.option)
         return self.files.get(value, self.files.get(True, self.plain) if value else self.plain)
 
 
-# TRIANGLE_TESTS chooses the file that tests a triangle against the rays of a packet. CULLING
-# chooses the file that skips triangles of a leaf.
+# The files that test a triangle against a packet's rays, and that skip triangles of a leaf.
 TRIANGLE_TESTS = Part("triangle_tests", "intersection", "drivers/triangle_by_ray.glsl",
                       {"woop-watertight": "drivers/triangle_by_axes.glsl"})
 CULLING = Part("culling", "vertex_culling", "drivers/cull_nothing.glsl",
@@ -91,10 +84,10 @@ class Stepwise:
     ----------
     state : the record that a packet carries from pass to pass
     kernels : the kernels that a packet can wait for, in the order of its phases
-    glsl : file under ``glsl/`` with a packet's kernels, which drivers/packet_visit.frag includes
-    ray : file under ``glsl/`` with a ray's step, which drivers/packet_intersect.frag includes
-    stack_entry : the record of a level of the packet's stack, if an atlas (see stack_atlas.py)
-        holds the stack
+    glsl : file under ``glsl/`` with a packet's kernels, for drivers/packet_visit.frag
+    ray : file under ``glsl/`` with a ray's step, for drivers/packet_intersect.frag
+    stack_entry : the record of a level of the packet's stack, if it is in an atlas
+        (stack_atlas.py)
     """
 
     state: Record
@@ -116,16 +109,14 @@ class Method:
     glsl : File under ``glsl/`` (or an absolute path) with ``init`` and the kernels.
     parts : The files that options choose for ``#include <name>`` in the GLSL.
     kernels : Names of the kernels in the order of their phases.
-    state : Record of a ray's state between passes. Has the fields ``phase`` and ``steps``.
+    state : Record of a ray's state between passes. It has the fields ``phase`` and ``steps``.
     tables : Records of the tables that the programs read.
     choose_tables : (options) -> records, if an option replaces a table.
     prepare : (triangles (n, 3, 3) float32, options) -> Accelerator.
-    adopt : (structure, triangles, options) -> Accelerator. Like ``prepare``, but for a structure
-        that another method built. A row needs this function if another method hands rays to this
-        method and the programs of the two methods read different tables.
-    refit : (accelerator, triangles, options) -> Accelerator with the same structure over triangles
-        that moved. If None, the tracer rebuilds the structure. The tracer also rebuilds the
-        structure if the method's option ``rebuild_ratio`` requires it.
+    adopt : (structure, triangles, options) -> Accelerator. Like ``prepare``, for the structure of
+        another method that hands rays to this method but reads different tables.
+    refit : (accelerator, triangles, options) -> Accelerator with the same structure over moved
+        triangles. If None, or if ``rebuild_ratio`` requires it, the tracer rebuilds the structure.
     options : The method's own options, including the builder's.
     form : (row, options) -> the row that replaces this row, if an option changes the state, the
         kernels or the drivers.
@@ -135,14 +126,13 @@ class Method:
     stack_entry : Record of a level of a stack in textures, if the method has such a stack.
     packet_state : (options) -> Stepwise, for a packet method that runs under ``step``.
     era_packets : The packets in the era form, if the method has them.
-    single : Name of the method that traces a packet's rays singly after the packet's step limit.
-    entry_walk : GLSL file of a beam's walk through the tree, for the option ``entry_points``.
+    single : Name of the method that traces a packet's rays singly after its step limit.
+    entry_walk : GLSL file of a beam's walk through the tree, for ``entry_points``.
     own_array : (options) -> whether neighbouring fragments may write to different indices of a
         local GLSL array.
-    fixed_defines : GLSL defines of all programs of this method. If methods share a GLSL file,
-        these defines tell the methods apart.
-    no_era_form : why the kernels do not compile in the era dialect (traversal/era.py). Empty if
-        the kernels compile.
+    fixed_defines : GLSL defines of all programs of this method, to tell apart methods in one GLSL
+        file.
+    no_era_form : why the kernels do not compile in the era dialect (traversal/era.py), or empty.
     stack, packet, dynamic : Columns of the survey's Table 1.
     """
 
@@ -176,13 +166,13 @@ class Method:
 
     @property
     def year(self) -> str:
-        """The year of the paper: the end of the citation, or "" if it does not end in a year."""
+        """The year of the paper, at the end of the citation; "" if there is none."""
         year = self.citation[-4:]
         return year if year.isdecimal() else ""
 
     def why_no_era_form(self) -> str:
-        """Return why the row, with its default options, cannot run as on the cards of 2002-2006
-        (traversal/era.py); "" if it can."""
+        """Return why the row, with default options, cannot run in the era form (traversal/era.py),
+        or "" if it can."""
         return self._with_form({"era": True})._why_not_era()
 
     def _why_not_era(self) -> str:
@@ -210,8 +200,8 @@ class Method:
     def formed(self, options: Mapping[str, Any]) -> Method:
         """Return the row that ``form`` makes for these options. A missing option has its default.
 
-        With the option ``era``, the row's states have no step counts, and it runs only under the
-        schedule ``kernels``. Packets in the era form run only under ``loop``.
+        With the option ``era``, states have no step counts, and the only schedule is ``kernels``,
+        or ``loop`` for packets.
         """
         row = self._with_form(options)
         if not options.get("era"):
@@ -231,7 +221,7 @@ class Method:
         return self.form(self, {**{o.name: o.default for o in self.options}, **options})
 
     def _changed(self, options: Mapping[str, Any]) -> str:
-        """Return a clause that names the method's own options that differ from their defaults."""
+        """Return a clause with the method's own options that are not at their defaults."""
         changed = ", ".join(f"{o.name}={spell(options[o.name])}" for o in self.options
                             if options[o.name] != o.default)
         return f" with {changed}" if changed else ""
@@ -279,13 +269,12 @@ class Method:
     def check_schedule(self, options: dict[str, Any], asked: bool) -> None:
         """Check the schedule in ``options``. ``asked`` tells whether the caller gave a schedule.
 
-        If the caller gave no schedule and the method does not support the default schedule, put
-        the method's best schedule into ``options``.
+        If the default schedule is not supported, replace it by the method's best schedule.
 
         Raises
         ------
         OptionError
-            if the method does not support the schedule or ``steps_per_pass`` with these options
+            if these options do not allow the schedule or ``steps_per_pass``
         """
         schedules = self.schedules_for(options)
         if not asked and options["schedule"] not in schedules:
@@ -301,7 +290,7 @@ class Method:
                               "follows each step; leave steps_per_pass at 1")
 
     def in_passes(self, options: Mapping[str, Any], single: bool = False) -> dict[str, Any]:
-        """Return the options with a schedule of many passes, so that the passes can be observed.
+        """Return the options with a schedule of many passes, which can be observed.
 
         If the method supports only ``loop``, the schedule is unchanged. With ``single``, a pass
         runs one step.
@@ -324,26 +313,22 @@ class Method:
 
 def nothing_kept(prepare: Callable[[np.ndarray, Mapping[str, Any]], Accelerator]
                  ) -> Callable[[Accelerator, np.ndarray, Mapping[str, Any]], Accelerator]:
-    """Return the ``refit`` of a method that keeps no structure: call ``prepare`` once more."""
+    """Return the ``refit`` of a method that keeps no structure."""
     return lambda accelerator, triangles, options: prepare(triangles, options)
 
 
 def check_culling(options: Mapping[str, Any]) -> None:
-    """Raise OptionError for vertex culling with any triangle test but the watertight test.
-
-    The rounding of the other tests has no bound, so culling could lose their hits.
-    """
+    """Raise OptionError for vertex culling without the watertight test: other tests could lose
+    hits, because their rounding has no bound."""
     if options.get("vertex_culling") and options["intersection"] != "woop-watertight":
         raise OptionError("vertex_culling is exact only for the watertight test; set "
                           "intersection=woop-watertight too")
 
 
 def with_entries(more: str) -> Callable[[Method, Mapping[str, Any]], Method]:
-    """Return the ``form`` of a row whose rays visit a list of subtrees if entry points are on.
-
-    The form adds the kernel ``enter``, which starts the next subtree, and the fields ``more`` of
-    the state.
-    """
+    """Return the ``form`` of a row whose rays visit a list of subtrees if entry points are on. It
+    adds the kernel ``enter``, which starts the next subtree, and the fields ``more`` of the
+    state."""
     def formed(row: Method, options: Mapping[str, Any]) -> Method:
         if not options["entry_points"]:
             return row

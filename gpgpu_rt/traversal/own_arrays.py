@@ -1,7 +1,7 @@
 """Checks that a renderer handles local arrays correctly if fragments use different indices.
 
-Some methods keep a ray's stack in a local array. Mesa's softpipe uses one index for all fragments
-of a block of 2 x 2 fragments, and so mixes up the stacks of these fragments.
+Some methods keep a ray's stack in a local array. Mesa's softpipe uses one index for each block of
+2 x 2 fragments, and so mixes up their stacks.
 """
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MIXED_UP = "which this renderer mixes up"
 
 
 def check_own_arrays(gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
-    """Raise LimitError if the renderer mixes up the method's stacks: hits would be wrong."""
+    """Raise LimitError if the renderer mixes up the method's stacks."""
     if method.own_array is None or not method.own_array(options):
         return
     if gpu.keeps_own_arrays is None:
@@ -33,7 +33,7 @@ def check_own_arrays(gpu: Gpu, method: Method, options: Mapping[str, Any]) -> No
 
 
 def _kept(gpu: Gpu) -> bool:
-    """Return whether each fragment of a small square reads back the numbers that it wrote."""
+    """Return whether fragments read back the numbers that they wrote."""
     with gpu:
         texture = make_texture(gpu, (SIDE, SIDE), TURNS, "numbers read back from local arrays")
         target = gpu.context.framebuffer([texture])

@@ -14,17 +14,16 @@ from ..threads import threads
 
 
 class PacketTargets:
-    """The render targets of packets. Each target has a texel for each packet.
+    """The render targets of packets. A target has a texel for each packet.
 
     Parameters
     ----------
     size : (width, height) rays
     packet : (width, height) of a packet in rays
     targets : number of render targets that hold hits
-    rows_alone : whether a texel holds four integers: for each of four rays, the row of the hit
-        triangle in the triangle table
-    fours : whether a texel holds a single field of a hit, such as t, for four rays. If neither
-        ``fours`` nor ``rows_alone`` is set, a texel holds the four fields of one ray's hit
+    rows_alone : whether a texel holds four rays' rows in the triangle table
+    fours : whether a texel holds a single field of a hit, such as t, for four rays. Otherwise
+        (without ``rows_alone``), a texel holds the four fields of one ray's hit
     statistics : whether a separate pass draws the packets' counters, which need a target
     """
 
@@ -36,8 +35,7 @@ class PacketTargets:
         self.hits = [make_texture(gpu, self.size, 4, what, dtype="u4" if rows_alone else "f4")
                      for _ in range(targets)]
         self.counters = [make_texture(gpu, self.size, 4, what)] if statistics else []
-        # The targets that hold triangles. Any-hit queries, and packets without a ray to trace,
-        # write only these targets.
+        # Any-hit queries, and packets without a ray to trace, write only these targets.
         self.triangles = self.hits[3::4] if fours else self.hits
         self._targets = {
             name: Target(gpu, (), self.size, borrowed={f"packet_{name}": textures})
@@ -60,15 +58,13 @@ class PacketTargets:
     def read_hits(self, alone: bool) -> np.ndarray:
         """Return the texels of HIT, (rays, 4) float32, row by row.
 
-        With ``fours`` and ``alone``, return only the triangles, (rays, 1). Targets that hold rows
-        (``rows_alone``) cannot be read by this method.
+        With ``fours`` and ``alone``, return only the triangles, (rays, 1). Not for ``rows_alone``.
         """
         (width, height), across = self.packet, self.rays[0]
-        # Store the image channel by channel, because callers read single channels.
+        # Callers read single channels, so store the image channel by channel.
         each = 1 if alone and self.fours else 4
         planes = np.empty((each, self.size[1], height, self.size[0], width), np.float32)
-        # With ``fours``, a texel holds values of four rays. If some of these rays are neighbours
-        # in a row of the image, copy their values as one wider number.
+        # With ``fours``, copy the values of neighbours in a row of the image as one wider number.
         kind = np.dtype((np.float32, np.complex64, np.complex128)[width // 2 if self.fours else 0])
 
         def spread(k: int, texels: np.ndarray) -> None:
@@ -84,7 +80,6 @@ class PacketTargets:
         return image[:, :self.rays[1], :across].reshape(each, -1).T
 
     def bytes(self) -> int:
-        """Return the bytes of hits and counters."""
         return texture_bytes((*self.hits, *self.counters))
 
     def release(self) -> None:
@@ -94,9 +89,8 @@ class PacketTargets:
 class PacketHits:
     """Hits that are still in the packets' targets.
 
-    The host reads the hits from these targets. If another pass samples the hits, a pass first
-    copies them to the rays' own textures. For any-hit queries, the targets hold only triangles
-    (``alone``).
+    Before another pass samples the hits, a pass copies them to the rays' own textures. For any-hit
+    queries, the targets hold only triangles (``alone``).
     """
 
     def __init__(self, targets: PacketTargets, alone: bool,

@@ -1,7 +1,6 @@
 """Packets under the schedule ``step``: textures hold the packets' states between passes.
 
-Each packet's state has its own texels. If packets have stacks, an atlas texture (stack_atlas.py)
-holds the stacks.
+If packets have stacks, an atlas texture (stack_atlas.py) holds the stacks.
 """
 from __future__ import annotations
 
@@ -25,10 +24,9 @@ from .stack_atlas import StackAtlas
 class PacketSteps(MethodDriver):
     """A packet method under the schedule ``step``; see ``Traversal``.
 
-    A step is two passes. In the pass over the rays, each ray whose packet is at a triangle tests
-    this triangle. In the pass over the packets, each packet visits a node or advances to the next
-    triangle. If there is an atlas, a draw after each step pushes the packets' stack entries into
-    the atlas.
+    A step is two passes. In the pass over the rays, each ray tests the triangle of its packet, if
+    any. In the pass over the packets, each packet visits a node or advances to the next triangle.
+    A draw then pushes the packets' stack entries into the atlas, if there is an atlas.
     """
 
     keeps_states = True
@@ -44,7 +42,6 @@ class PacketSteps(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray. Return the hits and the number of rays that were stopped early."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         room = self._states_for(buffers.size)
         now, then = 0, 1
@@ -67,7 +64,6 @@ class PacketSteps(MethodDriver):
     def _visit(self, rays: RayTextures, room: PacketStates, source: Target | None,
                hits: Target | None, target: Target, any_hit: bool,
                statistics: Statistics) -> None:
-        """Draw the pass over the packets."""
         program = self._program("packet_visit", rays.record, any_hit, source is None)
         textures = {**self.samplers, **rays.samplers(), **(hits.samplers() if hits else {}),
                     **(_of_packets(source) if source else {})}
@@ -85,7 +81,6 @@ class PacketSteps(MethodDriver):
 
     def _intersect(self, rays: RayTextures, packets: Target, source: Target | None,
                    target: Target, any_hit: bool, statistics: Statistics) -> None:
-        """Draw the pass over the rays."""
         program = self._program("packet_intersect", rays.record, any_hit, source is None)
         program.set(ray_texture_size=rays.size, **rays.uniforms())
         self.draw(program, target, {
@@ -144,7 +139,6 @@ class PacketStates(PingPong):
                                     owner.precision, owner.phases)
 
     def bytes(self) -> int:
-        """Return the bytes of states and stacks."""
         return super().bytes() + (self.atlas.bytes() if self.atlas is not None else 0)
 
     def release(self) -> None:
@@ -153,5 +147,5 @@ class PacketStates(PingPong):
 
 
 def _of_packets(packets: Target) -> Samplers:
-    """Return the samplers of packets' records, by names that differ from those of the rays."""
+    """Return the samplers of packets' records, under other names than those of rays."""
     return {f"packet_{name}": texture for name, texture in packets.samplers().items()}

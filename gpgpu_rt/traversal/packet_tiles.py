@@ -1,4 +1,4 @@
-"""Packet tiles: draws packets in squares, and leaves out squares without a ray to trace."""
+"""Packet tiles: draws packets in squares, and skips squares without a ray to trace."""
 from __future__ import annotations
 
 import math
@@ -30,14 +30,13 @@ class Squares(NamedTuple):
     side: int
 
     def packets(self, size: tuple[int, int]) -> int:
-        """Return the number of packets to draw. ``size`` is the number of packets (across, down)
-        of the whole image."""
+        """Return the number of packets to draw, of an image of ``size`` (across, down) packets."""
         across, down = (np.minimum(self.side, n - np.arange(0, n, self.side)) for n in size)
         return int(down @ self.some[:len(down), :len(across)] @ across)
 
 
 class TilePass(PrimitivePass):
-    """A pass over squares of packets. A square is drawn as a point of the size of the square."""
+    """A pass over squares of packets. A square is drawn as a point of its size."""
 
     def __init__(self, gpu: Gpu, fragment: str, defines: dict[str, object],
                  virtual: dict[str, str]) -> None:
@@ -46,13 +45,12 @@ class TilePass(PrimitivePass):
         self._places: moderngl.Buffer | None = None
 
     def covered(self, size: tuple[int, int]) -> np.ndarray:
-        """Return the positions, (k, 2) int, x and y, of the packets that the last draw covered."""
+        """Return the positions (x, y), (k, 2) int, of the packets of the last draw."""
         drawn, side = self._squares
         packets = drawn.repeat(side, 0).repeat(side, 1)
         return np.argwhere(packets[:size[1], :size[0]])[:, ::-1]
 
     def draw_on(self, squares: Squares, target: Target, samplers: Samplers) -> None:
-        """Draw all packets of every square that has packets to trace."""
         down, across = squares.some.shape
         places = np.argwhere(squares.some)[:, ::-1].astype(np.int32, order="C")
         if self._places is None or self._places.size < 8 * squares.some.size:
@@ -65,8 +63,7 @@ class TilePass(PrimitivePass):
         self._squares = squares
         self.set(squares=(across, down), side=squares.side)
         self.gpu.context.enable_only(moderngl.PROGRAM_POINT_SIZE)
-        # The renderer drops a point whose centre is outside the viewport. So the viewport is large
-        # enough for whole squares, even if the last square reaches past the last packet.
+        # Use whole squares: the renderer drops a point whose centre is outside the viewport.
         target.framebuffer.viewport = (0, 0, across * squares.side, down * squares.side)
         try:
             self.draw(target, samplers, moderngl.POINTS, len(places))
@@ -83,14 +80,12 @@ class TilePass(PrimitivePass):
 class PacketTiles:
     """Decides which packets are drawn.
 
-    Tiles of rays tell where there are rays to trace. Packets are drawn in squares, and a square
-    may cover several tiles.
+    Packets are drawn in squares; a square may cover several tiles of rays.
 
     Parameters
     ----------
     packet : (width, height) of a packet in rays, powers of two
-    entry_tile : side in rays of the tiles for which a beam is traced first; None if the method
-        traces no beams
+    entry_tile : side in rays of the tiles that get a beam; None without beams
     """
 
     def __init__(self, gpu: Gpu, packet: tuple[int, int], entry_tile: int | None) -> None:
@@ -100,24 +95,19 @@ class PacketTiles:
     def squares(self, rays: RayTextures, samplers: Samplers) -> Squares | None:
         """Return the squares that hold packets to trace, or None to draw all packets.
 
-        With beams, a tile has rays to trace if its beam meets a leaf. Without beams, a tile has
-        rays to trace if one of its rays is live.
-
-        The result is None if every tile has rays to trace, because a full-screen draw is then
-        faster than points. The result is also None if the live tiles are not known, or if a point
-        cannot be as large as a square.
+        A tile has rays to trace if its beam meets a leaf, or without beams, if one of its rays is
+        live. The result is None if all tiles have rays to trace (a full-screen draw is then
+        faster), if the live tiles are not known, or if a point cannot be as large as a square.
         """
         if rays.tiles is None or self.gpu.whole:
             return None
         if self.entry_tile and rays.bounded:
-            # This readback waits for the pass over the beams, but the packets' pass reads the same
-            # results and would wait anyway.
+            # This readback costs no extra wait: the packets' pass reads the same results.
             side, some = self.entry_tile, read_field(PACKET_ENTRY, "met", samplers) != 0
         else:
             side = max(SIDE, SQUARE * max(self.packet))
             some = rays.tiles.of_side(side).live
-        # Each point takes time, however small it is. So a square is at least SQUARE packets wide,
-        # even if it then covers several tiles.
+        # Even a small point takes time, so a square is at least SQUARE packets wide.
         least = max(side, SQUARE * max(self.packet))
         square = math.gcd(*(least // packet for packet in self.packet))
         if square > self._largest or some.all():

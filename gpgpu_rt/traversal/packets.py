@@ -23,8 +23,8 @@ from .packet_hits import PacketHits, PacketTargets
 from .packet_tiles import PacketTiles, TilePass
 from .schedules import Traversal, method_defines, method_texts
 
-# Largest number of steps of a packet in its pass. llvmpipe ends any loop after 65,535 iterations.
-# A step costs at most three iterations, so a packet stays below this limit.
+# Largest number of steps of a packet in its pass. A step costs at most three iterations, and
+# llvmpipe ends any loop after 65,535.
 PACKET_STEPS = 20_000
 LIVE = 1   # phase of a ray whose packet reached the step limit
 
@@ -36,23 +36,20 @@ class PacketTraversal(MethodDriver):
         super().__init__(setup)
         self.packet = packet_of(self.options)
         self.rays = self.packet[0] * self.packet[1]
-        # Hits have one of three layouts in render targets. If the renderer has fewer targets than
-        # a packet has rays (``rows_alone``), a target holds, for four rays, the rows of the hit
-        # triangles in the triangle table. With ``fours``, a target holds one field, such as t, of
-        # the hits of four rays. Otherwise, a target holds all fields of one ray's hit.
+        # A render target has one of three layouts. With ``rows_alone`` (fewer targets than rays),
+        # it holds the triangle-table rows of four rays' hits; with ``fours``, one field, such as
+        # t, of four rays' hits; otherwise all fields of one ray's hit.
         self.rows_alone = self.rays > self.gpu.max_draw_buffers
         self.targets = self.rays // 4 if self.rows_alone else self.rays
         self.fours = self.rays % 4 == 0 and not self.rows_alone
         self._tiles = PacketTiles(self.gpu, self.packet, self.options.get("entry_points"))
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved. Records and defines are unchanged."""
         super().follow(samplers, accelerator, step_cap)
         self.drop("single")     # made anew at its next use, for the moved triangles
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Trace every ray. Return the hits and the number of rays that were stopped early."""
         room = self._targets_for(buffers.size)
         self.gpu.context.enable_only(moderngl.NOTHING)
 
@@ -62,8 +59,7 @@ class PacketTraversal(MethodDriver):
         query = self.gpu.query()
         drawn = self._draw_packets("packet", rays, room, statistics, any_hit, query)
         statistics.queries += 1
-        # The program discards unfinished packets. If a packet is unfinished, draw all packets
-        # again without discarding.
+        # The program discards unfinished packets. If there are any, draw all without discarding.
         left_behind = query.samples < drawn
         if left_behind:
             self._draw_packets("packet_unsettled", rays, room, statistics, any_hit)
@@ -81,12 +77,9 @@ class PacketTraversal(MethodDriver):
 
     def _draw_packets(self, name: str, rays: RayTextures, room: PacketTargets,
                       statistics: Statistics, any_hit: bool, query: Any = nullcontext()) -> int:
-        """Trace the packets within an occlusion query, and return the number of traced packets.
-
-        Squares in which no packet has a ray to trace are only filled with misses.
-        """
-        # Skipped squares are filled by a pass that writes floats. With ``rows_alone``, the targets
-        # hold integers, so no square is skipped.
+        """Trace the packets within an occlusion query, and return their number. Squares without a
+        ray to trace get misses."""
+        # Skipped squares are filled with floats, but ``rows_alone`` needs integers.
         samplers = {**self.samplers, **rays.samplers()}
         squares = None if self.rows_alone else self._tiles.squares(rays, samplers)
         counted = name == "packet_counters"
@@ -111,7 +104,6 @@ class PacketTraversal(MethodDriver):
 
     def _hand_back(self, rays: RayTextures, buffers: StateBuffers, room: PacketTargets,
                    statistics: Statistics, any_hit: bool) -> Target:
-        """Copy the packets' hits into the rays' own textures."""
         now, program = buffers.side(0), self._program("packet_hits", any_hit, rays.in_textures)
         capped = self.step_cap <= PACKET_STEPS
         program.set(unsettled_phase=UNFINISHED if capped else LIVE)
@@ -122,7 +114,7 @@ class PacketTraversal(MethodDriver):
 
     def _trace_singly(self, rays: RayTextures, now: Target, statistics: Statistics,
                       any_hit: bool) -> None:
-        """Trace the rays of unfinished packets as single rays. Write their hits into ``now``."""
+        """Trace the rays of unfinished packets as single rays, into ``now``."""
         single = self._single_traversal()
         single_rays, single_buffers = self.keep("single rays", lambda: (
             rays.like(rays.size),
@@ -135,7 +127,7 @@ class PacketTraversal(MethodDriver):
         single_samplers = {**single_rays.samplers(), **found.samplers()}
         counted = len(now.streams.get(COUNTERS.name, ()))
         channels = [(True,) * 4] * (len(now.textures) - counted)
-        # Do not overwrite the counters: they keep the packets' counts.
+        # Keep the packets' counters.
         now.framebuffer.color_mask = (*channels, *[(False,) * 4] * counted)
         self._program("brought_back", any_hit, rays.in_textures).draw(
             now, {f"single_{name}": texture for name, texture in single_samplers.items()})
@@ -148,8 +140,7 @@ class PacketTraversal(MethodDriver):
             known = (*TRACER_OPTIONS, *row.options)
             shared = {option.name: self.options[option.name] for option in known
                       if option.name in self.options and option.accepts(self.options[option.name])}
-            # Single rays begin at the root, because the driver around this driver finds entry
-            # points only for packets.
+            # Single rays begin at the root: only packets have entry points here.
             shared.pop("entry_points", None)
             options = resolve_options({**shared, "schedule": "loop", "statistics": False}, known,
                                       f"method {row.name}")
@@ -162,18 +153,16 @@ class PacketTraversal(MethodDriver):
     # Programs and textures ------------------------------------------------------------------
 
     def _program(self, name: str, any_hit: bool, rays: Record) -> FullScreenPass:
-        """Return the full-screen program with this name. It reads the record ``rays``."""
         return self.program((name, any_hit, rays), lambda: FullScreenPass(
             self.gpu, *self._texts(name, any_hit, rays)))
 
     def _tile_pass(self, name: str, any_hit: bool, rays: Record) -> TilePass:
-        """Return the program with this name, as a pass over tiles."""
         return self.program(("tiles", name, any_hit, rays), lambda: TilePass(
             self.gpu, *self._texts(name, any_hit, rays)))
 
     def _texts(self, name: str, any_hit: bool,
                rays: Record) -> tuple[str, dict[str, object], dict[str, str]]:
-        """Return a fragment program's file, its defines, and the texts that it includes."""
+        """Return a fragment program's file, defines and included texts."""
         file = name.replace("_counters", "").replace("_unsettled", "")
         alone = any_hit or name == "packet_none"
         defines = {**self._defines(any_hit, alone), "SETTLED_ALONE": name == "packet"}
@@ -190,21 +179,18 @@ class PacketTraversal(MethodDriver):
                 "EACH_TARGET(f)": " ".join(f"f({k})" for k in range(targets))}
 
     def _targets_text(self, alone: bool) -> str:
-        """Return the file that lays out hits, or only triangles (``alone``), in render targets."""
         layout = ("rows" if self.rows_alone else "hits" if not self.fours else
                   "triangles" if alone else "numbers")
         return f"file:drivers/targets_{layout}.glsl"
 
     def _virtual(self, name: str, rays: Record) -> dict[str, str]:
-        """Return the texts that a pass includes: its streams, the tables and the method."""
         layout = self.precision.layout
         written = [layout(self.method.state), layout(HIT)]
         written += [COUNTERS] if self.statistics_on else []
         reads: list[Record] = [rays]
         writes: list[Record] = []
         if name in ("packet", "packet_unsettled", "packet_counters"):
-            # The program does not read these streams. It only needs the declarations of their
-            # structs.
+            # The program only needs the declarations of these streams' structs.
             reads += [r for r in written if r.name != "state"]
         elif name == "packet_hits":
             writes = written
@@ -234,7 +220,6 @@ def packet_of(options: Mapping[str, Any]) -> tuple[int, int]:
 
 def packet_defines(method: Method, accelerator: Accelerator, options: Mapping[str, Any],
                    any_hit: bool) -> dict[str, object]:
-    """Return the defines of every program that works on packets."""
     width, height = packet_of(options)
     return {**method_defines(method, accelerator, options, any_hit),
             "PACKET_WIDTH": width, "PACKET_HEIGHT": height,

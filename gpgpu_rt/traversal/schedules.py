@@ -1,13 +1,13 @@
 """The three schedules: how a host runs a method's kernels over the rays.
 
 * ``kernels``: A pass runs one kernel. Occlusion queries count the rays that wait for each kernel.
-  The host runs the kernel with the most waiting rays, and the early depth test rejects all other
-  rays (Purcell et al. 2002; Foley and Sugerman 2005).
+  The host runs the kernel with the most rays, and the early depth test rejects all others (Purcell
+  et al. 2002; Foley and Sugerman 2005).
 * ``step``: A pass does ``steps_per_pass`` steps for every live ray. Each step runs the kernel that
   the ray's state asks for. Every ``mask_interval`` passes, finished rays are masked.
-* ``loop``: One pass runs the whole traversal with the state in registers, and writes only hits
-  (Horn et al. 2007). If a ray exceeds the renderer's limit on loop iterations, passes that store
-  states trace all rays anew.
+* ``loop``: One pass runs the whole traversal in registers, and writes only hits (Horn et al.
+  2007). If a ray exceeds the renderer's limit on loop iterations, passes that store states trace
+  all rays anew.
 """
 from __future__ import annotations
 
@@ -33,26 +33,22 @@ from .method import Method
 from .records import ENTRIES, ENTRY_LIST, ENTRY_TILE, PACKET_ENTRY
 from .stack_atlas import StackAtlas
 
-# llvmpipe ends a shader's loops silently after 65,535 iterations. The phase of a ray whose loop
-# ended early is not DONE, so the ray continues in the next pass. A limit below 65,535 makes these
-# early ends rare.
+# llvmpipe ends a shader's loops silently after 65,535 iterations. A lower limit makes early ends
+# rare; the ray then continues in the next pass.
 LOOP_STEPS = 60_000
 
-# Count the rays of each tile again when the live rays fall below this share of the rays that were
-# live at the previous count.
+# Count the rays of each tile again when the live rays fall below this share of the last count.
 FEWER = 0.7
 MASKED = 0.0    # depth of a masked ray
 
 
 def kernel_depth(kernel: int) -> float:
-    """Return the depth value that marks the rays waiting for a kernel. Kernel 0 stands for
-    finished rays."""
+    """Return the depth that marks the rays waiting for a kernel. Kernel 0 means finished rays."""
     return (1 + kernel) / 16
 
 
 def mark_stopped(status: np.ndarray, phases: np.ndarray) -> None:
-    """Write the status codes of ``Hits`` into ``status``, (n,), for stopped rays. ``phases``,
-    (n,), tells which rays were stopped."""
+    """Write the status codes of stopped rays, by their ``phases``."""
     status[phases == UNFINISHED] = hits.UNFINISHED
     status[phases == OVERFLOWN] = hits.STACK_OVERFLOW
 
@@ -69,14 +65,13 @@ class ProgramKey(NamedTuple):
 
 
 class Traversal(MethodDriver):
-    """A method's programs for one set of tables and options, under any of the three schedules."""
+    """A method's programs for one set of tables and options, under any schedule."""
 
     keeps_states = True
     _atlas: StackAtlas | None = None
     _overran = False    # whether a ray under `loop` did not end within one pass
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved. Records and defines must be unchanged."""
         super().follow(samplers, accelerator, step_cap)
         self._overran = False
 
@@ -104,8 +99,7 @@ class Traversal(MethodDriver):
     def _run_loop(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                   any_hit: bool) -> tuple[Target, int]:
         self.gpu.context.enable_only(moderngl.NOTHING)
-        # Keep states in textures if they are needed: counters are part of the states, and an
-        # observer may ask for states.
+        # Counters and observers need states in textures.
         in_textures = self.statistics_on or self._overran or self.gpu.observers.states
         if not in_textures and self._finish_all(rays, buffers, statistics, any_hit):
             return buffers.side(0), 0
@@ -126,7 +120,7 @@ class Traversal(MethodDriver):
                     any_hit: bool) -> bool:
         """Trace every ray in registers. Return whether the traversal of each ray ended.
 
-        The program discards a ray that does not end. An occlusion query counts all other rays.
+        The program discards rays that do not end, and an occlusion query counts the others.
         """
         query = self.gpu.query()
         with query:
@@ -166,9 +160,8 @@ class Traversal(MethodDriver):
     def _run_kernels(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                      any_hit: bool) -> tuple[Target, int]:
         context = self.gpu.context
-        # Passes are drawn in pairs, from ``now`` to ``scratch`` and back. Between pairs, ``now``
-        # therefore holds the latest state of every ray. ``scratch`` may hold old states of rays
-        # that the pair does not work on.
+        # Passes are drawn in pairs, from ``now`` to ``scratch`` and back. Between pairs, only
+        # ``now`` holds the latest state of every ray.
         now, scratch = buffers.side(0), buffers.side(1)
         tiles = self._tiles_for(buffers)
         context.enable_only(moderngl.NOTHING)
@@ -206,7 +199,7 @@ class Traversal(MethodDriver):
                   rectangles=tiles and tiles.rectangles)
 
     def _push(self, now: Target, tiles: Tiles, statistics: Statistics) -> None:
-        """Push the entries of rays in phase PUSH into the atlas, if the method has an atlas."""
+        """Push the entries of rays in phase PUSH into the atlas, if any."""
         if self._atlas is not None:
             self._atlas.push(now.samplers(), tiles.rectangles)
             statistics.draw_calls += 1
@@ -231,7 +224,7 @@ class Traversal(MethodDriver):
 
     def _live(self, now: Target, buffers: StateBuffers,
               statistics: Statistics) -> tuple[int, int]:
-        """Return the number of unfinished rays, and the number of stopped rays."""
+        """Return the numbers of unfinished and of stopped rays."""
         rays = buffers.size[0] * buffers.size[1]
         done = self.count_phase(DONE, now, buffers, statistics)
         if done == rays:   # the usual case, which needs a single query
@@ -295,7 +288,6 @@ class Traversal(MethodDriver):
 
 def method_defines(method: Method, accelerator: Accelerator, options: Mapping[str, Any],
                    any_hit: bool) -> dict[str, object]:
-    """Return the defines of every program of a method."""
     return {**method.defines(options), **accelerator.defines, **Precision.of(options).defines(),
             "ANY_HIT": any_hit, "STATISTICS": bool(options["statistics"]),
             "TABLE_WIDTH_LOG2": TABLE_WIDTH_LOG2, "SMALL_INTEGERS": accelerator.small_integers,
@@ -303,11 +295,8 @@ def method_defines(method: Method, accelerator: Accelerator, options: Mapping[st
 
 
 def method_texts(method: Method, options: Mapping[str, Any]) -> dict[str, str]:
-    """Return the texts that programs of a method include: name of the include -> text.
-
-    The texts are the method's own file, the files that options choose, and the accessors of the
-    method's tables.
-    """
+    """Return the texts that programs include, by the include's name: the method's file, the files
+    that options choose, and the accessors of the tables."""
     layout = Precision.of(options).layout
     tables = [layout(r).table_glsl() for r in method.tables_for(options)]
     if options.get("entry_points") and method.packet:

@@ -21,7 +21,7 @@ class StackAtlas:
     ----------
     entry : record of a level of a stack
     state : record of the method's state, as the state textures store it
-    levels : number of stack levels, which is also the number of tiles
+    levels : number of stack levels
     size : (width, height) in rays or packets
     defines : the method's defines, including its phases
     """
@@ -59,11 +59,8 @@ class StackAtlas:
         self.gpu.context.enable_only(moderngl.DEPTH_TEST)
 
     def _on_every_level(self, live: Rectangles | None) -> Rectangles | None:
-        """Return the rectangles of ``live``, repeated in the tile of each stack level.
-
-        Return None, which stands for the whole atlas, if ``live`` is None or if there would be
-        more than MOST_RECTANGLES rectangles.
-        """
+        """Return the rectangles of ``live``, repeated in each level's tile. None stands for the
+        whole atlas, also if MOST_RECTANGLES would be exceeded."""
         if live is None or live.count * len(self._corners) > MOST_RECTANGLES:
             return None
         if live.corners is not self._live:
@@ -73,11 +70,9 @@ class StackAtlas:
         return self._where
 
     def samplers(self) -> Mapping[str, moderngl.Texture]:
-        """Return sampler name -> texture of the stack's levels."""
         return self.target.samplers()
 
     def bytes(self) -> int:
-        """Return the bytes of all levels."""
         return self.target.bytes()
 
     def release(self) -> None:

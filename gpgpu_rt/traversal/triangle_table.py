@@ -1,5 +1,4 @@
-"""The triangle table, and the uniforms of the scene's box. The programs of all methods except
-geometry-image read the triangle table."""
+"""The triangle table, which all methods but geometry-image read, and the scene box's uniforms."""
 from __future__ import annotations
 
 import numpy as np
@@ -37,9 +36,7 @@ def triangle_table(triangles: np.ndarray, order: np.ndarray | None = None,
 
 
 def box_uniforms(triangles: np.ndarray) -> dict[str, tuple[float, ...]]:
-    """Return the uniforms of the box around (n, 3, 3) triangles: its lowest and highest corner.
-
-    Without triangles, both corners are the origin.
-    """
+    """Return the lowest and the highest corner of (n, 3, 3) triangles as uniforms; the origin if
+    there are no triangles."""
     corners = triangles.reshape(-1, 3) if len(triangles) else np.zeros((1, 3), np.float32)
     return {"scene_lo": tuple(corners.min(0).tolist()), "scene_hi": tuple(corners.max(0).tolist())}

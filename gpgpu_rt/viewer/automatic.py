@@ -29,19 +29,19 @@ def shown(option: Option, given: Mapping[str, Any], tracer: Tracer) -> Shown:
     Parameters
     ----------
     given : the options that the user gave
-    tracer : a tracer with these options, which knows the automatic values
+    tracer : a tracer with these options
     """
     if option.name in given:
         value = given[option.name]
     elif option.default is None and option.unset == AUTOMATIC:
         value = None
-    else:       # the resolved value: other options, such as ``era``, may imply it
+    else:       # other options, such as ``era``, may imply the value
         value = tracer.options.get(option.name, option.default)
     return Shown(value, _words_for_none(option, tracer))
 
 
 def written(value: Any) -> str:
-    """Return the text of a value in a text field, as `Option.parse` reads it."""
+    """Return a value's text, as `Option.parse` reads it."""
     return ",".join(map(str, value)) if isinstance(value, tuple) else spell(value)
 
 
@@ -53,7 +53,7 @@ def _words_for_none(option: Option, tracer: Tracer) -> str:
 
 
 def _automatic(name: str, tracer: Tracer) -> Any:
-    """Return the value that the tracer uses for an option that is None; None if it is unknown."""
+    """Return the tracer's value for an option that is None; None if unknown."""
     session = tracer.session
     if name == "step_cap":
         return session.step_cap

@@ -27,7 +27,6 @@ class CommandBar:
         self._copied = ""       # the command that was copied last
 
     def draw(self, rect: Rect) -> None:
-        """Draw the panel in a rectangle."""
         place("bar", rect)
         viewer, (line, note) = self.viewer, line_of(self.viewer)
         if imgui.small_button("Save (P)"):
@@ -58,7 +57,7 @@ class CommandBar:
         imgui.end()
 
     def _size(self) -> str:
-        """Return the size of the shown picture, and whether it is being refined."""
+        """Return the picture's size, and whether it is being refined."""
         viewer = self.viewer
         width, height = viewer.size
         if viewer.image is None:

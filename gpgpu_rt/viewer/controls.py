@@ -1,8 +1,4 @@
-"""The left panel: five controls that everybody needs are at the top, all others under headings.
-
-The lists of scenes, methods, options and light come from the tables of scenes, methods, options
-and integrators.
-"""
+"""The left panel: five controls that everybody needs are at the top, all others under headings."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
@@ -49,7 +45,7 @@ class Controls:
         self._source = ""
 
     def draw(self, mouse: tuple[int, int]) -> None:
-        """Draw the controls into the present window. ``mouse`` is the pixel under the mouse."""
+        """Draw the controls into the present window. ``mouse`` is a pixel of the picture."""
         viewer, selection = self.viewer, self.viewer.selection
         self._first_five(selection)
         if viewer.mode == "heat":
@@ -150,16 +146,15 @@ class Controls:
     @staticmethod
     def _heading(title: str, key: str, options: Sequence[Option],
                  given: Mapping[str, Any]) -> bool:
-        """Draw a heading that says how many options differ from their defaults. Return whether the
-        heading is open. ImGui knows the heading by ``key``, so an open heading stays open when its
-        title changes."""
+        """Draw a heading that counts its changed options. Return whether it is open. ImGui knows
+        it by ``key``, so a new title does not close it."""
         changed = len({option.name for option in options} & set(given))
         note = f" ({changed} changed)" if changed else ""
         return imgui.collapsing_header(f"{title}{note}###{key}")
 
     def _options(self, known: Sequence[Option], given: Mapping[str, Any],
                  change: Callable[[str, Any], Selection]) -> None:
-        """Draw a control for each option that applies with the present schedule and options."""
+        """Draw a control for each option that applies."""
         tracer = self.viewer.tracer
         values = {**{option.name: option.default for option in known}, **tracer.options, **given}
         for option in known:

@@ -10,12 +10,10 @@ class Drawn:
 
     Attributes
     ----------
-    divisor : the picture has the width and height of its part of the window, divided by this
-        number
+    divisor : the picture is this many times smaller than its part of the window, along each axis
     seconds : time for drawing and readback
-    rays, passes : rays and passes of all waves (a wave is a set of rays that are traced together)
-    live : a number of live rays for each time that the tracer counted them; empty under a schedule
-        that does not count live rays
+    rays, passes : rays and passes of all waves (sets of rays that are traced together)
+    live : the number of live rays at each count; empty under a schedule that does not count them
     """
 
     divisor: int

@@ -1,7 +1,7 @@
 """The camera that the viewer draws with: fitted to the picture's shape, with short numbers.
 
-The viewer keeps the exact camera, which the mouse moves. It draws each picture with the camera of
-this module. So a command with these short numbers draws the same picture to the bit.
+The viewer keeps the exact camera, which the mouse moves, but draws with this camera, so a command
+with these short numbers draws the same picture to the bit.
 """
 from __future__ import annotations
 
@@ -14,21 +14,20 @@ import numpy as np
 from ..errors import SceneError
 from ..scene.camera import Camera
 
-# Rounding moves the projection of a point by less than this share of a pixel. This holds for each
-# point whose depth along the view is between NEAREST and 1 times the target's distance.
+# Rounding moves the projection of each point with a depth of NEAREST to 1 times the target's
+# distance by less than this share of a pixel.
 PIXEL_SHARE = 0.1
 NEAREST = 0.25
-# (part of the camera, share). The parts are rounded in this order. The part and all parts before
-# it together move the projection of a point by less than ``share`` times PIXEL_SHARE.
+# (part of the camera, share), in the order of rounding. The parts up to a row together move the
+# projection of a point by less than ``share`` times PIXEL_SHARE.
 _BUDGETS = (("fov", 0.1), ("up", 0.3), ("eye", 0.6), ("target", 1.0))
 
 
 def fitted(camera: Camera, size: tuple[int, int]) -> Camera:
     """Return the camera with a wider field of view if the picture is narrower than high.
 
-    The field of view is vertical. In a narrow picture, the given field of view would cut off the
-    sides of an object. The fitted camera shows all that a square picture of the given camera
-    shows.
+    The field of view is vertical. The fitted camera shows all that a square picture of the given
+    camera shows.
     """
     width, height = size
     if width >= height:
@@ -40,8 +39,8 @@ def fitted(camera: Camera, size: tuple[int, int]) -> Camera:
 def shift(exact: Camera, other: Camera, size: tuple[int, int]) -> float:
     """Return the largest distance in pixels between the projections of a point by two cameras.
 
-    The points are on the rays of ``exact`` through the corners, the middles of the edges and the
-    centre of the picture, at NEAREST times and 1 times the distance of the target.
+    The points lie on the rays of ``exact`` through the picture's corners, edge middles and centre,
+    at NEAREST and 1 times the distance of the target.
     """
     right, up, forward = exact.basis(size)
     places = np.stack(np.meshgrid([-1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]), axis=-1).reshape(-1, 2)
@@ -68,8 +67,8 @@ def rounded(camera: Camera, size: tuple[int, int], own: Camera | None = None) ->
     ----------
     camera : the exact camera
     size : (width, height) of the picture in pixels
-    own : the scene's own camera. Parts that equal the parts of ``own`` are not rounded, because a
-        command leaves these parts out
+    own : the scene's own camera. Parts equal to its parts are not rounded, because a command omits
+        them
     """
     found = camera
     for name, share in _BUDGETS:
@@ -83,8 +82,8 @@ def rounded(camera: Camera, size: tuple[int, int], own: Camera | None = None) ->
 
 
 def _candidates(camera: Camera, name: str) -> Iterator[Camera]:
-    """Yield cameras whose part ``name`` is rounded to more and more decimals. Yield the camera
-    itself last."""
+    """Yield cameras whose part ``name`` is rounded to more and more decimals; last, the camera
+    itself."""
     value: Any = getattr(camera, name)
     largest = np.abs(value).max()
     first = -int(np.floor(np.log10(largest))) if largest > 0 else 0     # one significant digit

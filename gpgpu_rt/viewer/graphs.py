@@ -19,8 +19,8 @@ TIPS = {"ms": "milliseconds that each of the last pictures took",
 
 
 def draw_graphs(viewer: Viewer) -> None:
-    """Draw graphs of the last pictures. For a journey (journey.py), draw only the live rays: the
-    journey's times would include the storing of all states."""
+    """Draw graphs of the last pictures; for a journey (journey.py), only of the live rays, because
+    its times include the storing of states."""
     history, journey = list(viewer.history), viewer.journey
     if viewer.mode == "passes":
         if journey is not None:

@@ -30,7 +30,7 @@ class HeatView:
     what : the counted quantity, from ``heat.KINDS``
     other : the method to compare with, or None
     layout : a name from LAYOUTS
-    wipe : the place at which the map of the other method begins, as a share of the width
+    wipe : where the map of the other method begins, as a share of the width
     maps, top : the last measured maps, and the upper end of their common scale
     """
 
@@ -47,11 +47,11 @@ class HeatView:
 
     def measure(self, tracers: Sequence[Tracer], camera: Camera,
                 size: tuple[int, int]) -> list[Statistics]:
-        """Measure the maps for a camera. Return the statistics of each method's traversal."""
+        """Measure the maps. Return the statistics of each method's traversal."""
         found, costs = [], []
         for tracer in tracers:
             found.append(heat(tracer, self.what, self.size_of_one(size), camera))
-            # Copy the statistics, because both maps may use the same tracer.
+            # Both maps may use the same tracer, so copy its statistics.
             costs.append(deepcopy(tracer.statistics))
         self.maps = tuple(found)
         self.top = scale_of(self.maps)
@@ -59,7 +59,6 @@ class HeatView:
 
     def traced(self, method: str, options: Mapping[str, Any]
                ) -> list[tuple[str, dict[str, Any]]]:
-        """Return the method and the options of each map."""
         rows = [(method, dict(options))]
         if self.other is not None:
             rows.append((self.other, dict(options) if self.other == method
@@ -69,13 +68,12 @@ class HeatView:
         return [(name, {**chosen, "statistics": True}) for name, chosen in rows]
 
     def size_of_one(self, size: tuple[int, int]) -> tuple[int, int]:
-        """Return the (width, height) in pixels of each map in a picture of ``size``."""
+        """Return the (width, height) of each map in a picture of ``size``."""
         if self.other is not None and self.layout == LAYOUTS[1]:
             return max(1, size[0] // 2), size[1]
         return size
 
     def pixels(self) -> np.ndarray:
-        """Return the picture of the maps, (h, w, 3) uint8."""
         shown = [colours.ramp(one.values / self.top) for one in self.maps]
         if len(shown) == 1:
             return shown[0]
@@ -86,24 +84,20 @@ class HeatView:
         return np.concatenate([left[:, :at], right[:, at:]], axis=1)
 
     def with_scale(self, image: Image.Image) -> Image.Image:
-        """Return a picture of the maps with their scale below it."""
         return colours.stacked([image, self.scale(max(image.width, 200))])
 
     def scale(self, width: int) -> Image.Image:
-        """Return the picture of the maps' scale."""
         return scale_bar(self.maps, self.what, self.top, width)
 
     def titles(self) -> list[str]:
-        """Return a line of text for each map."""
         return [f"{one.title}: mean {one.summary()['mean']:.1f}, maximum "
                 f"{one.summary()['max']:.0f}" for one in self.maps]
 
 
 def _shared(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the part of ``options`` that also applies to ``method``. ``options`` were chosen for
-    another method, whose own options are left out. The options of the tracer are kept, with two
-    exceptions. A schedule that ``method`` does not support is left out. If a pass of ``method``
-    runs a single step, ``steps_per_pass`` is left out."""
+    """Return the tracer's part of ``options``, which were chosen for another method. Leave out a
+    schedule that ``method`` does not support, and ``steps_per_pass`` if a pass of ``method`` runs
+    a single step."""
     known = {option.name for option in TRACER_OPTIONS}
     shared = {name: value for name, value in options.items() if name in known}
     if shared.get("schedule") not in (None, *find_method(method).schedules):

@@ -1,4 +1,4 @@
-"""A journey: the states of a picture's rays after each pass, which the viewer can show later."""
+"""A journey: the states of a picture's rays after each pass, for the viewer."""
 from __future__ import annotations
 
 import time
@@ -18,8 +18,8 @@ from ..tracer import Tracer
 
 MOST_BYTES = 256 << 20      # if all states need more bytes, every second pass is dropped
 MOST_SECONDS = 20.0
-# A t above this number is no point on a ray. For example, a packet walks once for each combination
-# of direction signs. A ray that waits for its turn has t_min 3e38 (drivers/packet_turns.glsl).
+# A t above this number is no point on a ray. For example, a ray that waits for its packet's next
+# walk has t_min 3e38 (drivers/packet_turns.glsl).
 NO_PLACE = 1e30
 
 
@@ -41,8 +41,8 @@ class Journey:
 
     Attributes
     ----------
-    kept : the passes whose states are stored: all passes, or every second, fourth, ... pass
-    live : (k,) number of live rays after each pass, for all passes
+    kept : the stored passes: all, or every second, fourth, ...
+    live : (k,) number of live rays after each pass
     note : the reason why the journey is incomplete, or ""
     """
 
@@ -90,17 +90,16 @@ class Journey:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """The names of the fields of state and hit, which the viewer can show."""
         last = self.kept[-1]
         return (*last.state, *(f"hit {name}" for name in last.hit))
 
     def halfway(self) -> int:
-        """Return the index of the kept pass after which about half of the rays are live."""
+        """Return the index of the kept pass after which about half of the rays live."""
         live = np.array([one.live for one in self.kept])
         return int(np.abs(2 * live - live.max()).argmin())
 
     def values(self, index: int, field: str) -> np.ndarray:
-        """Return the values of a field after the pass ``kept[index]``, (n,) or (n, 3)."""
+        """Return a field after the pass ``kept[index]``, (n,) or (n, 3)."""
         one = self.kept[index]
         return one.hit[field[4:]] if field.startswith("hit ") else one.state[field]
 
@@ -121,10 +120,8 @@ class Journey:
 
     @staticmethod
     def _numbers(values: np.ndarray) -> np.ndarray:
-        """Return colours of a ramp that goes from the smallest to the largest finite value.
-
-        For a vector, the value is the sum of its components.
-        """
+        """Return colours of a ramp from the smallest to the largest finite value. A vector counts
+        as the sum of its components."""
         values = values.astype(np.float64).reshape(len(values), -1).sum(axis=1)
         finite = np.isfinite(values) & (np.abs(values) < NO_PLACE)
         shown = np.full((len(values), 3), colours.NOTHING, np.uint8)
@@ -134,7 +131,7 @@ class Journey:
         return shown
 
     def caption(self, index: int) -> str:
-        """Return a line with the kernel of a pass and the number of rays that it advanced."""
+        """Return a line about a pass: its kernel and the number of rays that it advanced."""
         one = self.kept[index]
         served = ", ".join(f"{count:,} {name}" for name, count in one.served.items()) or "none"
         kernel = "of each ray" if one.kernel == "all" else one.kernel
@@ -142,7 +139,7 @@ class Journey:
                 f"{served}; live rays: {one.live:,} of {self.size[0] * self.size[1]:,}")
 
     def ray_at(self, pixel: tuple[int, int], size: tuple[int, int]) -> int:
-        """Return the number of the ray at a pixel of a picture of ``size`` = (width, height)."""
+        """Return the number of the ray at a pixel of a picture of ``size``."""
         column, row = (int(np.clip(at * mine // of, 0, mine - 1))
                        for at, mine, of in zip(pixel, self.size, size))
         return row * self.size[0] + column
@@ -157,17 +154,14 @@ class Journey:
 
 
 def hit_words(one: Pass, ray: int) -> dict[str, str]:
-    """Return the fields of a ray's nearest hit so far as text. Before the first hit, each text is
-    "-"."""
+    """Return the fields of a ray's nearest hit so far as text; "-" before the first hit."""
     none = not np.isfinite(one.hit["t"][ray])
     return {name: "-" if none else word_of(values[ray]) for name, values in one.hit.items()}
 
 
 def word_of(value: np.ndarray | np.generic) -> str:
-    """Return the text of a field's value, with enough digits to identify a float32.
-
-    The text is "-" for a node index that means no node, and for a t above NO_PLACE.
-    """
+    """Return the text of a field's value, which identifies a float32; "-" for no node, and for a t
+    above NO_PLACE."""
     if np.ndim(value):
         return " ".join(word_of(part) for part in value)
     if value == EXACT_INTEGER or value > NO_PLACE:

@@ -1,4 +1,4 @@
-"""The list of keys and mouse actions. The viewer shows this list when it opens."""
+"""The list of keys and mouse actions, which the viewer shows when it opens."""
 from __future__ import annotations
 
 from imgui_bundle import imgui
@@ -32,7 +32,7 @@ KEYS = (
 
 
 def draw_keys(rect: Rect) -> bool:
-    """Draw the list in a rectangle. Return whether the user closed it."""
+    """Draw the list. Return whether the user closed it."""
     place("keys", rect)
     closed = imgui.small_button("close##keys")
     imgui.same_line()

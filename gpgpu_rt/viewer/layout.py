@@ -4,17 +4,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 LOW = 66                # height of the bottom panel
-# The initial width of the left panel, the width of the help, the initial height of a ray's table.
+# Initial width of the left panel, width of the help, initial height of a ray's table.
 PANEL, HELP, TABLE = 340, 330, 220
 LEAST_PANEL = 220       # smallest width of the left panel in a window that is wide enough
-# The left panel gets at most this share of the window's width, and the help at most this share of
-# the rest. The table of a ray gets at most this share of the height above the bottom panel.
+# Largest share of the window's width for the left panel, of the rest for the help, and of the
+# height above the bottom panel for the table of a ray.
 MOST_SHARE = 0.5
 
 
 @dataclass(frozen=True)
 class Rect:
-    """A rectangle in the window: its left upper corner and its size, in window units."""
+    """A rectangle in the window, in window units."""
 
     x: int
     y: int
@@ -26,13 +26,12 @@ class Rect:
         return self.width, self.height
 
     def has(self, x: float, y: float) -> bool:
-        """Return whether a point lies in the rectangle."""
         return self.x <= x < self.x + self.width and self.y <= y < self.y + self.height
 
 
 @dataclass(frozen=True)
 class PanelLayout:
-    """The parts of the window, which do not overlap. A part that is not shown is None.
+    """The parts of the window. A part that is not shown is None.
 
     Attributes
     ----------

@@ -13,10 +13,8 @@ if TYPE_CHECKING:
 
 
 def line_of(viewer: Viewer) -> tuple[str, str]:
-    """Return the shell command that makes the shown picture, or "" if no command makes it.
-
-    Also return a note about the command's result, or the reason why there is no command.
-    """
+    """Return the shell command that makes the shown picture and a note about its result; or "" and
+    the reason why no command makes the picture."""
     if viewer.mode == "picture":
         return (viewer.selection.line(viewer.view, viewer.size, f"{viewer.scene.name}.png",
                                       viewer.scene.camera),

@@ -1,10 +1,7 @@
 """The link between Dear ImGui and a moderngl window.
 
-The link draws ImGui's draw lists in the window and passes the window's events to ImGui.
-
-moderngl-window has such a link, but only for ImGui before 1.92. Before 1.92, the renderer
-created all textures at the start. Since 1.92, ImGui asks its renderer to create and to update
-textures at any time.
+moderngl-window's own link supports only ImGui before 1.92, whose renderer created all textures at
+the start. Since 1.92, ImGui asks its renderer to create and to update textures at any time.
 """
 from __future__ import annotations
 
@@ -58,7 +55,7 @@ class Link:
     # Drawing --------------------------------------------------------------------------------
 
     def picture(self, name: str, pixels: np.ndarray, smooth: bool) -> imgui.ImTextureRef:
-        """Upload (h, w, 3) uint8 pixels, row 0 at the top, as the texture of this name."""
+        """Upload (h, w, 3) uint8 pixels, row 0 at the top, as a named texture."""
         size = pixels.shape[1::-1]
         texture = self._pictures.get(name)
         if texture is None or texture.size != size:
@@ -74,11 +71,9 @@ class Link:
         return imgui.ImTextureRef(texture.glo)
 
     def show(self, name: str, pixels: np.ndarray) -> None:
-        """Draw (h, w, 3) uint8 pixels as a widget of the present panel."""
         imgui.image(self.picture(name, pixels, smooth=False), imgui.ImVec2(*pixels.shape[1::-1]))
 
     def begin(self, seconds: float) -> None:
-        """Begin a frame."""
         self.io.display_size = imgui.ImVec2(*self.window.size)
         ratio = self.window.pixel_ratio
         self.io.display_framebuffer_scale = imgui.ImVec2(ratio, ratio)
@@ -86,7 +81,6 @@ class Link:
         imgui.new_frame()
 
     def end(self) -> None:
-        """Draw the frame into the window."""
         imgui.render()
         for texture in imgui.get_platform_io().textures:
             self._follow(texture)
@@ -111,7 +105,7 @@ class Link:
             context.enable_only(moderngl.NOTHING)
 
     def abandon(self) -> None:
-        """End an incomplete frame, if there is one, without drawing it."""
+        """End an incomplete frame, if any, without drawing it."""
         with suppress(Exception):
             imgui.end_frame()
 
@@ -135,7 +129,7 @@ class Link:
                                   first=command.idx_offset)
 
     def _make_room(self, vertices: int, indices: int) -> None:
-        """Ensure that the buffers have at least these sizes in bytes."""
+        """Make the buffers at least this large, in bytes."""
         if vertices <= self._room[0] and indices <= self._room[1]:
             return
         if any(self._room):
@@ -149,7 +143,7 @@ class Link:
             index_buffer=self._indices, index_element_size=imgui.INDEX_SIZE)
 
     def _follow(self, wanted: imgui.ImTextureData) -> None:
-        """Create, update or destroy one of ImGui's own textures, as ImGui asks."""
+        """Create, update or destroy a texture of ImGui, as ImGui asks."""
         status = imgui.ImTextureStatus
         if wanted.status == status.want_destroy:
             texture = self._textures.pop(wanted.tex_id, None)
@@ -187,7 +181,6 @@ class Link:
             self.io.add_key_event(self._keys[key], down)
 
     def let_go(self) -> None:
-        """Release all keys."""
         self.io.clear_input_keys()
 
     def text(self, character: str) -> None:
@@ -196,35 +189,28 @@ class Link:
 
     @property
     def has_mouse(self) -> bool:
-        """Whether the mouse is over a panel."""
         return bool(self.io.want_capture_mouse)
 
     # The following properties are valid only after `begin`. ImGui processes clicks and keys in
-    # their order, and may leave some events for later frames. So a key goes to the panel that an
-    # earlier click has opened.
+    # their order, so a key goes to the panel that an earlier click has opened.
 
     @property
     def has_keys(self) -> bool:
-        """Whether keys go to a panel, because the user types text or a drop-down list is open."""
+        """Whether keys go to a panel: the user types text, or a list is open."""
         return bool(self.io.want_text_input) or self.has_popup
 
     @property
     def has_popup(self) -> bool:
-        """Whether a drop-down list is open."""
         return imgui.is_popup_open("", ANY_POPUP)
 
     @staticmethod
     def close_popup() -> None:
-        """Close the open drop-down list without a choice."""
         imgui.internal.close_popup_to_level(0, True)
 
     def pressed(self, key: int, repeat: bool = False) -> bool:
-        """Return whether a key was pressed in this frame.
-
-        With ``repeat``, a key that is held down counts as pressed again from time to time.
-        """
+        """Return whether a key was pressed in this frame. With ``repeat``, a key that is down
+        counts again from time to time."""
         return imgui.is_key_pressed(self._keys[key], repeat)
 
     def held(self, key: int) -> bool:
-        """Return whether a key is down."""
         return imgui.is_key_down(self._keys[key])

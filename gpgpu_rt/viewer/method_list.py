@@ -12,7 +12,6 @@ WIDE, HIGH = 780, 560                   # largest size of the list
 
 
 def sentence(row: Method) -> str:
-    """Return what a method does, as a sentence."""
     return capital(row.summary) + "."
 
 
@@ -48,7 +47,7 @@ def chosen_method(name: str, window: tuple[int, int]) -> str | None:
 
 
 def _row(row: Method, is_chosen: bool) -> bool:
-    """Draw a row of the list. Return whether it was clicked."""
+    """Draw a row. Return whether it was clicked."""
     imgui.table_next_row()
     imgui.table_set_column_index(3)
     text = sentence(row)

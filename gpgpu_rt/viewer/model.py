@@ -1,8 +1,8 @@
 """The viewer's model: settings, camera, resolution and results, without a window.
 
-A window calls `step` repeatedly and shows ``image``. Between two calls, it may change the
-selection, the camera and the mode. Each call draws at most one picture and raises no error:
-``message`` reports a user's mistake or a broken file, and the last picture stays.
+A window calls `step` repeatedly and shows ``image``. Between calls, it may change the selection,
+the camera and the mode. Each call draws at most one picture. After an error, ``message`` reports
+it, and the last picture stays.
 """
 from __future__ import annotations
 
@@ -61,10 +61,9 @@ class Viewer:
     Attributes
     ----------
     image : (h, w, 3) uint8, the picture to show, possibly at low resolution; or None
-    version : a number that increases with every new image
+    version : increases with every new image
     message : the last error, or the last report such as "wrote a.png", in one line
-    failed : the reason why the present selection cannot be drawn, or "". While there is a reason,
-        `step` draws nothing
+    failed : the reason why `step` cannot draw the present selection, or ""
     """
 
     def __init__(self, selection: Selection = Selection(), size: tuple[int, int] = (640, 480),
@@ -109,7 +108,6 @@ class Viewer:
 
     @camera.setter
     def camera(self, camera: Camera) -> None:
-        """Change the camera."""
         if camera == self._camera:
             return
         self._camera, self._moved_at, self._moved = camera, self.clock(), True
@@ -117,43 +115,39 @@ class Viewer:
 
     @property
     def view(self) -> Camera:
-        """The camera that draws: ``camera`` fitted to the picture's shape, with short numbers."""
+        """The camera that draws: ``camera``, fitted to the picture, with short numbers."""
         asked = self._camera, self.size, self.scene.camera
         if self._view[0] != asked:
             self._view = asked, rounded(fitted(self._camera, self.size), *asked[1:])
         return self._view[1]
 
     def reset_camera(self) -> None:
-        """Restore the first camera of the scene."""
         self.camera = self._home
 
     def choose(self, selection: Selection) -> None:
-        """Change the selection in the second call of `step` from now. The first call does nothing,
-        so that a window can show ``busy`` before the change."""
+        """Change the selection in the second call of `step` from now, so that a window can show
+        ``busy`` first."""
         if selection != self.selection:
             self._wanted, self.message = selection, ""
 
     def open(self, source: str | os.PathLike[str]) -> None:
-        """Change the scene to a named scene, or to a file that was dropped on the window."""
         self.choose(replace(self.selection, scene=os.fspath(source)))
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Change the size of pictures in pixels. The size of a minimised window is ignored.
-        Pictures are coarse until the size has stayed the same for SETTLED seconds."""
+        """Change the size of pictures in pixels, but ignore a minimised window. Pictures are
+        coarse until the size has stayed the same for SETTLED seconds."""
         if min(size) > 0 and size != self.size:
             self.size, self._moved_at = size, self.clock()
             self._outdated()
 
     def look_at(self, mode: str) -> None:
-        """Change the mode to another of MODES."""
         if mode != self.mode:
             self.mode, self.message, self._opening = mode, "", True
             self.pace.forget()
             self._outdated()
 
     def change_heat(self, **changes: Any) -> None:
-        """Change attributes of the heat view. If only the attribute ``wipe`` changes, the picture
-        is shown again without a new measurement."""
+        """Change attributes of the heat view. ``wipe`` alone needs no new measurement."""
         before = self.heat
         self.heat = replace(before, **changes)
         if replace(before, wipe=self.heat.wipe) != self.heat:
@@ -162,7 +156,7 @@ class Viewer:
             self._show(self.heat.pixels())
 
     def go_to(self, index: int, field: str | None = None) -> None:
-        """Show a pass of the journey (see `Journey`) by its index, and a field of ray states."""
+        """Show a pass of the journey by its index, and a field of ray states."""
         if self.journey is None:
             return
         self.field = field or self.field
@@ -177,15 +171,15 @@ class Viewer:
         self._insist, self.failed = True, ""
 
     def follow(self, pixel: tuple[int, int]) -> None:
-        """Trace only the ray through a pixel of the finest picture, and store its path in
-        ``path``. This is done in the second call of `step` from now, as for `choose`."""
+        """Trace only a pixel's ray, in the second call of `step` from now, and store its path in
+        ``path``."""
         self._asked = tuple(pixel)
 
     # Work ----------------------------------------------------------------------------------
 
     @property
     def busy(self) -> str:
-        """A line about the work of the next steps, or "" if this work is short."""
+        """A line about the work of the next steps; "" for short work."""
         wanted = self._wanted
         if wanted is not None:
             return (f"loading {wanted.scene} ..." if wanted.scene != self.selection.scene
@@ -198,12 +192,10 @@ class Viewer:
 
     @property
     def at_rest(self) -> bool:
-        """Whether the camera has not moved for SETTLED seconds."""
         return self.clock() - self._moved_at >= SETTLED
 
     @property
     def finished(self) -> bool:
-        """Whether the next step has nothing to do."""
         return (self._wanted is None and self._asked is None and self.at_rest
                 and self._next_divisor() is None)
 
@@ -225,7 +217,7 @@ class Viewer:
             with self._guarded() as went_well:
                 self._draw(divisor)
                 went_well.append(True)
-            if not went_well:       # do not try again: a second attempt would fail in the same way
+            if not went_well:       # a second attempt would fail in the same way
                 self.failed, self._insist = self.message, False
                 if self.mode == "passes" or self.mode == "heat" and self.divisor is None:
                     self.heat.maps = ()     # the picture on the screen is out of date
@@ -245,14 +237,14 @@ class Viewer:
 
     @property
     def held_back(self) -> float | None:
-        """If the finest picture is drawn only on request: its estimated seconds. Else None."""
+        """The estimated seconds of the finest picture, if only a request draws it; else None."""
         if self.mode == "passes" or self.divisor in (None, 1) or not self.finished:
             return None
         estimate = self.pace.estimate(1)
         return estimate if estimate is not None and estimate > PATIENCE else None
 
     def _take(self, wanted: Selection) -> None:
-        """Make and test the tracer of a new selection, and only then drop the old tracer."""
+        """Make and test the tracer of a selection before the old tracer is dropped."""
         with self._guarded():
             if wanted.scene == self.selection.scene:
                 self.tracer = self._make(self.tracers, wanted)
@@ -308,17 +300,15 @@ class Viewer:
 
     @property
     def journey_size(self) -> tuple[int, int]:
-        """The (width, height) in rays of a journey."""
         divisor = -(-max(self.size) // JOURNEY_RAYS)
         return max(1, self.size[0] // divisor), max(1, self.size[1] // divisor)
 
     def _travel(self) -> None:
-        """Record a journey: the states of the rays after all passes."""
         tracer = self.tracers.in_passes(self.selection.method, self.selection.options)
         self.journey = Journey(tracer, self.view, self.journey_size)
         self.message = self.journey.note
         self.divisor = 1
-        # Open in the middle: after the first pass, no ray has done anything yet.
+        # Open in the middle, because the first pass shows nothing yet.
         self.go_to(self.journey.halfway() if self._opening else self.index)
         self._opening = False
 
@@ -330,7 +320,6 @@ class Viewer:
             self.path = follow(tracer, self.view, self.size, (x, y))
 
     def _outdated(self) -> None:
-        """Mark the shown picture as out of date."""
         self.divisor = self.journey = None
         self._insist, self.failed = False, ""
 
@@ -340,7 +329,7 @@ class Viewer:
 
     @contextmanager
     def _guarded(self) -> Iterator[list[bool]]:
-        """Report an error in ``message``, because a broken file must not end the program."""
+        """Report an error in ``message`` instead of ending the program."""
         try:
             with self.gpu:
                 yield []
@@ -358,30 +347,27 @@ class Viewer:
 
     @property
     def command(self) -> str:
-        """The shell command that makes the shown picture, or a shell comment with the reason why
-        no command makes it."""
+        """The shell command that makes the shown picture, or the reason why there is none as a
+        comment."""
         line, note = line_of(self)
         return line or f"# {note}"
 
     @property
     def last(self) -> Drawn | None:
-        """The cost of the last picture."""
         return self.history[-1] if self.history else None
 
     def ray_of(self, pixel: tuple[int, int]) -> list[tuple[str, str]]:
-        """Return the state of the ray at a pixel of the finest picture, as (field, text). The list
-        is empty outside the mode "passes"."""
+        """Return the state of a pixel's ray, as (field, text); empty outside the mode "passes"."""
         if self.journey is None:
             return []
         return self.journey.state_of(self.index, self.journey.ray_at(pixel, self.size))
 
     def settings(self) -> dict[str, Any]:
-        """Return all settings of the shown picture, and the command that makes it, if any."""
         return settings_of(self)
 
     def save(self, folder: str | os.PathLike[str] = ".") -> Path | None:
-        """Write the picture with all its pixels as a PNG, and return its path. The PNG and a JSON
-        file beside it contain the settings. After an error, return None and set ``message``."""
+        """Write all pixels as a PNG, beside a JSON file of the settings, and return its path.
+        After an error, return None and set ``message``."""
         with self._guarded():
             path = name_for(self, Path(folder))     # first: fails if the folder is not writable
             if self.mode == "passes":
@@ -395,5 +381,4 @@ class Viewer:
         return None
 
     def release(self) -> None:
-        """Free all tracers."""
         self.tracers.release()

@@ -21,10 +21,8 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 
 
 def _turned_view(camera: Camera, across: float, upward: float) -> np.ndarray:
-    """Return the vector from eye to target, (3,), rotated around `up` and then towards `up`.
-
-    The angles are in radians.
-    """
+    """Return the vector from eye to target, (3,), rotated around `up` and then towards `up`, by
+    angles in radians."""
     up = _unit(np.asarray(camera.up))
     view = _turn(np.subtract(camera.target, camera.eye), up, across)
     rise = float(np.arcsin(np.clip(_unit(view) @ up, -1, 1)))
@@ -33,13 +31,13 @@ def _turned_view(camera: Camera, across: float, upward: float) -> np.ndarray:
 
 
 def orbit(camera: Camera, across: float, upward: float) -> Camera:
-    """Move the eye on a sphere around the target. The angles are in radians."""
+    """Move the eye around the target, by angles in radians."""
     view = _turned_view(camera, across, upward)
     return replace(camera, eye=tuple(np.subtract(camera.target, view)))
 
 
 def look(camera: Camera, across: float, upward: float) -> Camera:
-    """Move the target on a sphere around the eye. The angles are in radians."""
+    """Move the target around the eye, by angles in radians."""
     view = _turned_view(camera, across, upward)
     return replace(camera, target=tuple(np.add(camera.eye, view)))
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 MOVING = 0.07       # limit in seconds for a picture while the camera moves
-# While the camera rests, the next picture is the finest that takes at most this time in seconds.
+# Limit in seconds for the next picture while the camera rests.
 AT_REST = 0.6
-# If every finer picture takes longer than AT_REST, the next finer picture is drawn, provided that
-# it takes at most PATIENCE seconds. A slower picture is drawn only if the user asks for it.
+# Limit in seconds for the next finer picture, if no finer picture keeps to AT_REST. The user must
+# ask for slower pictures.
 PATIENCE = 3.0
 STALE = 3.0         # age in seconds from which a measured time is ignored, unless it is the newest
 DIVISORS = (1, 2, 3, 4, 6, 8, 12, 16)   # divisors of width and height; 1 draws every pixel
@@ -22,19 +22,17 @@ class Pace:
         self._seconds: dict[int, tuple[float, float]] = {}     # divisor -> (seconds, when)
 
     def measured(self, divisor: int, seconds: float) -> None:
-        """Record the time of a picture."""
         self._seconds[divisor] = (seconds, self._clock())
 
     def forget(self) -> None:
-        """Drop all times, because the picture changes."""
+        """Drop all times."""
         self._seconds.clear()
 
     def estimate(self, divisor: int) -> float | None:
         """Return the estimated time of a picture in seconds, or None without measurements.
 
         The time of the nearest measured divisor is scaled in proportion to the pixels. For a finer
-        picture, the estimate is too high, because the estimate also scales the fixed cost of a
-        picture.
+        picture, the result is too high, because of fixed costs.
         """
         if not self._seconds:
             return None
@@ -46,15 +44,13 @@ class Pace:
         return fresh[nearest] * (nearest / divisor) ** 2
 
     def moving(self) -> int:
-        """Return the divisor while the camera moves."""
         return self._finest(DIVISORS, MOVING, DIVISORS[-1])
 
     def resting(self, shown: int | None) -> int | None:
         """Return the divisor of the next picture, which is finer than ``shown``, or None.
 
-        The next picture is the finest whose estimated time is at most ``AT_REST``. If no picture
-        is that fast, choose the next finer picture, provided that its estimated time is at most
-        ``PATIENCE``. Otherwise, and if there is no finer picture, return None.
+        The next picture is the finest whose estimated time is at most ``AT_REST``, or else the
+        next finer picture if its estimated time is at most ``PATIENCE``.
         """
         finer = [d for d in DIVISORS if shown is None or d < shown]
         if not finer:

@@ -43,13 +43,12 @@ class Panels:
 
     @property
     def layout(self) -> PanelLayout:
-        """The rectangles of the picture and of the panels."""
         return arranged(self.link.window.size, panel=self._width if self.shown else None,
                         help_width=HELP if self.help else None,
                         table=None if self.viewer.path is None else self._table.height)
 
     def draw(self, mouse: tuple[int, int]) -> None:
-        """Draw all panels of a frame. ``mouse`` is the pixel of the picture under the mouse."""
+        """Draw all panels. ``mouse`` is the pixel under the mouse."""
         layout = self.layout
         if layout.panel is not None:
             self._left(layout.panel, mouse)
@@ -69,7 +68,6 @@ class Panels:
         self.help = not self.help
 
     def _left(self, rect: Rect, mouse: tuple[int, int]) -> None:
-        """Draw the left panel. Its right edge can be dragged."""
         imgui.set_next_window_pos(imgui.ImVec2(rect.x, rect.y))
         imgui.set_next_window_size(imgui.ImVec2(*rect.size))
         most = max(MOST_SHARE * self.link.window.size[0], 32)
@@ -82,7 +80,7 @@ class Panels:
         imgui.end()
 
     def _notice(self, rect: Rect) -> None:
-        """Draw a line at the top of the picture: the present work, or the last error or report."""
+        """Draw a line at the top of the picture: present work, last error or report."""
         text = self.viewer.busy or self.viewer.message
         if not text:
             return
@@ -98,7 +96,6 @@ class Panels:
         imgui.end()
 
     def _program(self, rect: Rect) -> None:
-        """Draw the text of the program, in a window that can be moved."""
         imgui.set_next_window_pos(imgui.ImVec2(rect.x, rect.y), imgui.Cond_.first_use_ever.value)
         imgui.set_next_window_size(imgui.ImVec2(*rect.size), imgui.Cond_.first_use_ever.value)
         program = self.program

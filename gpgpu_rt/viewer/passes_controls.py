@@ -11,7 +11,7 @@ from .widgets import capital, chosen_from, label, quiet, room, tip
 
 
 def draw_pass(viewer: Viewer, link: Link) -> None:
-    """Draw the slider of passes, the line about the pass, and the legend of its colours."""
+    """Draw the slider of passes, a line about the pass, and the colours' legend."""
     journey = viewer.journey
     label("Pass")
     if journey is None:
@@ -20,7 +20,7 @@ def draw_pass(viewer: Viewer, link: Link) -> None:
         return
     step = imgui.get_frame_height()
     imgui.set_next_item_width(-2 * (step + imgui.get_style().item_spacing.x))
-    # The slider's value is an index and not the number of a pass, so typing is disabled.
+    # The slider's value is an index, not a pass's number, so disable typing.
     changed, at = imgui.slider_int("##pass", viewer.index, 0, len(journey.kept) - 1,
                                    f"{journey.kept[viewer.index].number}",
                                    imgui.SliderFlags_.no_input.value)
@@ -40,7 +40,7 @@ def draw_pass(viewer: Viewer, link: Link) -> None:
 
 
 def draw_state(viewer: Viewer, mouse: tuple[int, int]) -> None:
-    """Draw the choice of the shown field, and the state of the ray at the pixel ``mouse``."""
+    """Draw the choice of the field, and the state of the ray at a pixel."""
     journey = viewer.journey
     if journey is None:
         return

@@ -10,15 +10,11 @@ from .overlay import projected
 from .ray_path import RayPath, edges_of
 from .style import BOX, CHOSEN_BOX, LAST_BOX, OUTLINE, RAY
 
-MOST_BOXES = 80         # if a path has more boxes, only its last boxes are drawn
+MOST_BOXES = 80         # draw at most this many boxes, the last of the path
 
 
 def draw_path(path: RayPath, camera: Camera, rect: Rect) -> None:
-    """Draw a path behind all panels, in the rectangle of the picture.
-
-    The box of the chosen row has its own colour. While the eye is at the ray's origin, the ray is
-    a point on the screen. The ray becomes a visible line when the camera moves.
-    """
+    """Draw a path behind all panels, in the rectangle of the picture."""
     pen = imgui.get_background_draw_list()
     pen.push_clip_rect(imgui.ImVec2(rect.x, rect.y),
                        imgui.ImVec2(rect.x + rect.width, rect.y + rect.height))

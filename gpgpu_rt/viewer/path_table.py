@@ -98,7 +98,7 @@ class PathTable:
 
     @staticmethod
     def _record(path: RayPath, width: float) -> None:
-        """Draw the node or cell of the chosen row: its records, decoded from texels."""
+        """Draw the records of the node or cell of the chosen row."""
         imgui.begin_child("record", imgui.ImVec2(width, 0), imgui.ChildFlags_.borders.value)
         if path.row is None:
             quiet("Click on a row to see its node or cell here and in the picture.")

@@ -24,10 +24,9 @@ class ProgramView:
         self._of: tuple[object, ...] | None = None
 
     def update(self, viewer: Viewer) -> None:
-        """Compile the programs and store their text, if the text is shown and the scene, the
-        method or an option has changed.
+        """Compile the programs and store their text, if the text is shown and outdated.
 
-        Call this between frames, because it runs passes. The viewer shows errors as messages.
+        Call this between frames, because it runs passes.
         """
         selection = viewer.selection
         asked = id(viewer.scene), selection.method, repr(selection.options)

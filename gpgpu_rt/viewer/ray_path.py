@@ -13,8 +13,8 @@ from ..tracer import Tracer
 from .journey import hit_words, word_of
 
 MOST_ROWS = 20_000
-# The two corners of each edge of a box. Bit a of a corner's number is 0 for the lower coordinate
-# along axis a, and 1 for the upper.
+# The two corners of each edge of a box. Bit a of a corner's number chooses the upper coordinate
+# along axis a.
 _EDGES = np.array([(a, a | 1 << axis) for a in range(8) for axis in range(3)
                    if not a >> axis & 1])
 
@@ -27,8 +27,8 @@ class Place:
     ----------
     title : its name, such as "node 12"
     box : (2, 3) lower and upper corner
-    record : (name, text) of each field of its records, decoded from the textures. Before the
-        fields of a record, there is a pair of the record's name and ""
+    record : (name, text) of each field of its records, decoded from the textures; (name, "")
+        begins a record
     """
 
     title: str
@@ -44,18 +44,16 @@ class RayPath:
     ----------
     pixel : (x, y) of the picture, row 0 at the top
     size : (width, height) of the picture in pixels
-    columns, rows : a table with a row for each counted pass: the pass, the kernel that ran, the
-        kernel that the ray waits for, the fields of the ray's state, and the nearest hit so far
+    columns, rows : a table with a row for each counted pass: the pass, its kernel, the next
+        kernel, the fields of the ray's state, and the nearest hit so far
     origin : (3,) start of the ray
     end : (3,) the ray's hit, or a point outside the scene if the ray misses
-    boxes : (k, 2, 3) lower and upper corners of the visited nodes or cells, in order; empty if the
-        method's structure has no boxes
-    places : the node or cell of each row; None if the ray has no node or cell after this pass
+    boxes : (k, 2, 3) lower and upper corners of the visited nodes or cells, in order; may be empty
+    places : the node or cell of each row, or None
     hit : the triangle, or -1
-    count : the number of passes that count: the first pass, and each later pass that changed the
-        ray. Passes that do not count have no row. Only the first MOST_ROWS of the counted passes
-        have rows
-    row : the index of the row that the user chose, or None
+    count : number of counted passes: the first pass, and all passes that changed the ray. At most
+        MOST_ROWS have rows
+    row : the index of the chosen row, or None
     """
 
     pixel: tuple[int, int]
@@ -72,17 +70,14 @@ class RayPath:
 
     @property
     def place(self) -> Place | None:
-        """The node or cell of the chosen row, or None."""
         return None if self.row is None else self.places[self.row]
 
     def go(self, by: int) -> None:
-        """Choose the row that is ``by`` rows below the chosen row. If no row is chosen, choose the
-        first row."""
+        """Choose the row ``by`` rows below the chosen row, or else the first row."""
         at = 0 if self.row is None else self.row + by
         self.row = min(max(at, 0), len(self.rows) - 1)
 
     def title(self) -> str:
-        """Return a line with the pixel, the number of passes and the hit."""
         rows = counted(self.count, "pass")
         if self.count > len(self.rows):
             rows = f"the first {len(self.rows):,} of {rows}"
@@ -91,12 +86,11 @@ class RayPath:
                 + (f"hits triangle {self.hit}" if self.hit >= 0 else "hits nothing"))
 
     def edges(self) -> np.ndarray:
-        """Return the edges of the boxes for drawing, (k, 12, 2, 3)."""
         return edges_of(self.boxes)
 
 
 def edges_of(boxes: np.ndarray) -> np.ndarray:
-    """Return the edges of boxes, (k, 2, 3), as segments, (k, 12, 2, 3)."""
+    """Return the edges, (k, 12, 2, 3), of boxes, (k, 2, 3)."""
     bits = (np.arange(8)[:, None] >> np.arange(3)) & 1                # (8, 3)
     corners = np.where(bits[None] == 1, boxes[:, 1:], boxes[:, :1])
     return corners[:, _EDGES]
@@ -149,7 +143,7 @@ def follow(tracer: Tracer, camera: Camera, size: tuple[int, int],
 
 
 def _boxes(places: Places, at: np.ndarray) -> np.ndarray:
-    """Return the boxes of places in their order, (k, 2, 3), without consecutive repeats."""
+    """Return the boxes of places, (k, 2, 3), without consecutive repeats."""
     if not len(at):
         return np.zeros((0, 2, 3))
     boxes = places.boxes(at)
@@ -157,7 +151,6 @@ def _boxes(places: Places, at: np.ndarray) -> np.ndarray:
 
 
 def _places(places: Places, at: np.ndarray, passes: list[Pass]) -> list[Place | None]:
-    """Return the place of each pass, or None. Each place is decoded once."""
     known: dict[int, Place] = {}
     for number, one in zip(at.tolist(), passes):
         if number >= 0 and number not in known:

@@ -17,8 +17,8 @@ KEY = "gpgpu-rt"    # the key of the settings in the PNG's text
 
 
 def free_name(folder: Path, stem: str) -> Path:
-    """Return the first of stem-1.png, stem-2.png, ... that does not exist. Raise Error if the
-    folder cannot be written."""
+    """Return the first free name of stem-1.png, stem-2.png, ... Raise Error if the folder cannot
+    be written."""
     number = 1
     while (folder / f"{stem}-{number}.png").exists():
         number += 1
@@ -26,20 +26,19 @@ def free_name(folder: Path, stem: str) -> Path:
 
 
 def name_for(viewer: Viewer, folder: Path) -> Path:
-    """Return a free name for the viewer's picture. Raise Error if the folder cannot be written."""
     mode = "" if viewer.mode == "picture" else f"-{viewer.mode}"
     return free_name(folder, f"{viewer.scene.name}-{viewer.selection.method}{mode}")
 
 
 def picture_of(viewer: Viewer) -> Image.Image:
-    """Return the viewer's picture. A heat map has its scale below it."""
+    """Return the viewer's picture, with the scale of a heat map."""
     assert viewer.image is not None
     image = Image.fromarray(viewer.image)
     return viewer.heat.with_scale(image) if viewer.mode == "heat" else image
 
 
 def write(path: Path, image: Image.Image, settings: Mapping[str, Any]) -> None:
-    """Write the picture and its settings. Each of the two files is complete or absent."""
+    """Write the picture and its settings, two files that are complete or absent."""
     held = PngImagePlugin.PngInfo()
     held.add_text(KEY, json.dumps(settings, default=str))
     with replacing(path) as temporary:

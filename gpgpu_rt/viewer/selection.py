@@ -1,8 +1,4 @@
-"""Selection: the viewer's scene, method and options, and the command that draws their picture.
-
-The choices come from the method table and the tables of options. So a new row of a table appears
-in the viewer without further code.
-"""
+"""Selection: the viewer's scene, method and options, and the command that draws their picture."""
 from __future__ import annotations
 
 import shlex
@@ -16,20 +12,18 @@ from ..render.integrators import DEFAULT, find_integrator
 from ..scene.camera import Camera
 from ..tracer import DEFAULT_METHOD
 
-# Options that the viewer sets itself. Presort has no effect on eye rays, because eye rays
-# are not given as arrays.
+# Options that the viewer sets itself; presort does not affect eye rays.
 DECIDED = ("context", "statistics", "presort")
 
 
 def word(value: Any) -> str:
-    """Return an option's value as the command line writes it and `Option.parse` reads it."""
+    """Return an option's value as the command line writes it."""
     if isinstance(value, bool):
         return str(value).lower()
     return "none" if value is None else spell(value)
 
 
 def option_words(options: Mapping[str, Any], known: tuple[Option, ...]) -> list[str]:
-    """Return the words ``--name=value`` for all options."""
     table = {option.name: option for option in known}
     words = []
     for name, value in options.items():
@@ -42,10 +36,8 @@ def option_words(options: Mapping[str, Any], known: tuple[Option, ...]) -> list[
 
 
 def camera_words(camera: Camera, own: Camera | None = None) -> list[str]:
-    """Return the words ``--eye=x,y,z`` and so on. The numbers give the same camera to the bit.
-
-    Parts that equal the parts of the scene's ``own`` camera are left out.
-    """
+    """Return the words ``--eye=x,y,z`` and so on, which give the same camera to the bit. Leave out
+    parts that equal those of the scene's ``own`` camera."""
     parts = {"eye": camera.eye, "target": camera.target, "up": camera.up, "fov": (camera.fov,)}
     known = {} if own is None else {"eye": own.eye, "target": own.target, "up": own.up,
                                     "fov": (own.fov,)}
@@ -54,7 +46,7 @@ def camera_words(camera: Camera, own: Camera | None = None) -> list[str]:
 
 
 def _shortest(number: float) -> str:
-    """Return the shortest text from which Python reads the same number."""
+    """Return the shortest text of a number that Python reads back."""
     return repr(number).removesuffix(".0")
 
 
@@ -82,10 +74,8 @@ class Selection:
         return find_method(self.method)
 
     def known(self) -> tuple[Option, ...]:
-        """Return the options to choose from. The method's own options come first.
-
-        The option for the schedule has only the schedules that the other options allow.
-        """
+        """Return the options to choose from, the method's own first, with the schedules that the
+        others allow."""
         return tuple(self._narrowed(option) for option in self.row.options + TRACER_OPTIONS
                      if option.name not in DECIDED)
 
@@ -95,11 +85,10 @@ class Selection:
         return replace(option, choices=self.row.schedules_for(self.options))
 
     def light_options(self) -> tuple[Option, ...]:
-        """Return the options of the integrator."""
         return find_integrator(self.integrator).options
 
     def with_method(self, name: str) -> Selection:
-        """Return the selection with another method. Keep the options that the method accepts."""
+        """Return the selection with another method and the options that it accepts."""
         other = replace(self, method=find_method(name).name, options={})
         known = {option.name: option for option in other.known()}
         kept = {option: value for option, value in self.options.items()
@@ -115,20 +104,19 @@ class Selection:
         return replace(self, options=_set(self.options, self.known(), name, value))
 
     def with_integrator(self, name: str) -> Selection:
-        """Return the selection with another integrator. Keep the options that it accepts."""
+        """Return the selection with another integrator and the options that it accepts."""
         known = {option.name: option for option in find_integrator(name).options}
         light = {option: value for option, value in self.light.items()
                  if option in known and known[option].accepts(value)}
         return replace(self, integrator=name, light=light)
 
     def with_light(self, name: str, value: Any) -> Selection:
-        """Return the selection with a changed option of the integrator."""
         return replace(self, light=_set(self.light, self.light_options(), name, value))
 
     def words(self, camera: Camera, size: tuple[int, int], output: str,
               own: Camera | None = None) -> list[str]:
-        """Return the arguments of `gpgpu-rt` that write the same picture to a file. ``own`` is the
-        scene's own camera."""
+        """Return the arguments of `gpgpu-rt` that write the same picture. ``own`` is the scene's
+        own camera."""
         words = ["render", self.scene, f"--method={self.method}"]
         words += option_words(self.options, TRACER_OPTIONS + self.row.options)
         if self.integrator != DEFAULT:
@@ -139,7 +127,7 @@ class Selection:
 
     def line(self, camera: Camera, size: tuple[int, int], output: str,
              own: Camera | None = None) -> str:
-        """Return the command that writes the same picture, as a line for a shell."""
+        """Return the command of `words` as a line for a shell."""
         return shlex.join(["gpgpu-rt", *self.words(camera, size, output, own)])
 
 

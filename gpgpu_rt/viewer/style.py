@@ -17,8 +17,8 @@ OUTLINE = imgui.IM_COL32(0, 0, 0, 255)      # around the chosen box, on bright a
 
 
 class Fonts:
-    """The fonts of labels and of numbers. Without the font files of imgui_bundle, both are ImGui's
-    default font."""
+    """The fonts of labels and of numbers; ImGui's default font if imgui_bundle has no font
+    files."""
 
     def __init__(self) -> None:
         self.text = _font("Roboto/Roboto-Regular.ttf", SIZE)
@@ -32,7 +32,7 @@ def _font(name: str, size: float) -> imgui.ImFont:
 
 
 def apply() -> Fonts:
-    """Set the colours and distances of all panels. Return the fonts."""
+    """Set the panels' colours and distances. Return the fonts."""
     imgui.style_colors_dark()
     style = imgui.get_style()
     style.frame_rounding = style.grab_rounding = 3.0

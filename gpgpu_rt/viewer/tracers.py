@@ -1,4 +1,4 @@
-"""A cache of the tracers of one scene, because the viewer needs some tracers again and again."""
+"""A cache of the tracers of one scene."""
 from __future__ import annotations
 
 from collections import OrderedDict
@@ -16,10 +16,10 @@ PROOF = (8, 8)      # size of the test picture in pixels; this suffices to run e
 
 
 class Tracers:
-    """The last few tracers of a scene. They are made at their first use.
+    """The last few tracers of a scene, made at their first use.
 
-    Each new tracer draws a test picture, so that errors in a method's programs are found before
-    the viewer drops its present tracer.
+    A new tracer draws a test picture, to find errors in programs before the viewer drops its
+    present tracer.
 
     Attributes
     ----------
@@ -63,12 +63,11 @@ class Tracers:
         return self._tracers[key]
 
     def in_passes(self, method: str, options: Mapping[str, Any], single: bool = False) -> Tracer:
-        """Return a tracer under a schedule of many passes. With ``single``, a pass runs one step.
-        """
+        """Return a tracer under a schedule of many passes. With ``single``, a pass runs one
+        step."""
         return self.get(method, find_method(method).in_passes(options, single))
 
     def release(self) -> None:
-        """Free all tracers."""
         for tracer in self._tracers.values():
             tracer.release()
         self._tracers.clear()

@@ -19,19 +19,18 @@ ENTER = imgui.InputTextFlags_.enter_returns_true.value
 
 
 def place(name: str, rect: Rect) -> None:
-    """Begin a window that fills a rectangle."""
     imgui.set_next_window_pos(imgui.ImVec2(rect.x, rect.y))
     imgui.set_next_window_size(imgui.ImVec2(max(rect.width, 32), max(rect.height, 32)))
     imgui.begin(name, None, FIXED | imgui.WindowFlags_.no_resize.value)
 
 
 def room() -> int:
-    """Return the free width in pixels of the present window or table column, at least 64."""
+    """Return the free width in pixels of the window or table column, at least 64."""
     return max(int(imgui.get_content_region_avail().x), 64)
 
 
 def tip(text: str) -> None:
-    """Show a text, in lines of TIP pixels, while the mouse rests on the last widget."""
+    """Show a text while the mouse rests on the last widget."""
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip.value) and imgui.begin_tooltip():
         imgui.push_text_wrap_pos(TIP)
         imgui.text_unformatted(text)
@@ -40,19 +39,17 @@ def tip(text: str) -> None:
 
 
 def quiet(text: str) -> None:
-    """Write a text in a dim colour. Lines wrap at the panel's right edge."""
+    """Write a text in a dim colour, wrapped at the panel's edge."""
     imgui.push_text_wrap_pos(0.0)
     imgui.text_disabled(text)
     imgui.pop_text_wrap_pos()
 
 
 def capital(text: str) -> str:
-    """Return a text with a capital first letter."""
     return text[:1].upper() + text[1:]
 
 
 def label(text: str, width: int = LABELS) -> None:
-    """Write a label. The next control fills the rest of the line."""
     imgui.align_text_to_frame_padding()
     imgui.text_unformatted(text)
     imgui.same_line(width)
@@ -60,7 +57,7 @@ def label(text: str, width: int = LABELS) -> None:
 
 
 def chosen_from(name: str, at: int, words: Sequence[str]) -> int | None:
-    """Draw a list of choices. Return the index of a new choice, or None."""
+    """Draw a list of choices. Return a new choice's index, or None."""
     changed, now = imgui.combo(f"##{name}", at, list(words), 20)
     return now if changed else None
 
@@ -68,7 +65,7 @@ def chosen_from(name: str, at: int, words: Sequence[str]) -> int | None:
 def chosen_option(option: Option, now: Shown) -> tuple[bool, Any]:
     """Draw the control of an option. Return whether its value changed, and the value.
 
-    A text is returned as it was typed. If the option may be None, an empty text becomes "none".
+    A text is returned as typed. If the option may be None, an empty text becomes "none".
     """
     empty = option.optional or option.default is None
     imgui.begin_group()

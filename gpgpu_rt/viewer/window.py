@@ -45,8 +45,7 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
 
     Returns
     -------
-    measurements from the time in which the window was open, such as the number of pictures while
-    the camera moved; see `Window.measured`
+    measurements from the time in which the window was open
     """
     load_scene(selection.scene)       # report a wrong scene before the window opens
 
@@ -71,8 +70,8 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
 
 
 def _stay(config: Window) -> None:
-    """Run the loop of moderngl_window. An error while an event is handled, even an error of the
-    window library, is shown as a message and does not end the loop."""
+    """Run the loop of moderngl_window. Show errors in event handlers, even of the window library,
+    as messages."""
     window = config.wnd
     config.timer.start()
     while not window.is_closing:
@@ -116,8 +115,8 @@ class Window(moderngl_window.WindowConfig):
         self._held: set[int] = set()        # the flight keys that are down
         self._mouse = (0, 0)
         self._press: Press | None = None
-        # Handle dropped files here, because moderngl_window gets them from pyglet, which loses
-        # them on X11.
+        # Handle dropped files here: moderngl_window gets them from pyglet, which loses them on
+        # X11.
         glfw.set_drop_callback(self.wnd._window, self._dropped)
         self._last_event = time.perf_counter()
         self._shown = -1            # version of the uploaded picture
@@ -152,13 +151,12 @@ class Window(moderngl_window.WindowConfig):
         self._rest()
 
     def _fit(self) -> None:
-        """Make the picture as large as the part of the window that no panel covers."""
+        """Make the picture as large as the free part of the window."""
         ratio = self.wnd.pixel_ratio
         width, height = self.panels.layout.picture.size
         self.viewer.resize((round(ratio * width), round(ratio * height)))
 
     def _entitle(self) -> None:
-        """Set the window's title: scene, method, and whether the picture is being refined."""
         viewer = self.viewer
         state = (" ..." if viewer.busy or not viewer.finished
                  else " (coarse)" if viewer.held_back is not None else "")
@@ -180,7 +178,6 @@ class Window(moderngl_window.WindowConfig):
             imgui.ImVec2(rect.x + rect.width, rect.y + rect.height))
 
     def _rest(self) -> None:
-        """Sleep for a moment while nothing happens."""
         if (self.viewer.finished and not self._held
                 and time.perf_counter() - self._last_event > QUIET):
             time.sleep(PAUSE)
@@ -197,7 +194,6 @@ class Window(moderngl_window.WindowConfig):
             self._settled.append(self.viewer.settled_after)
 
     def measured(self) -> dict[str, Any]:
-        """Return what was measured while the window was open."""
         return {"frames": self._frames, "message": self.viewer.message,
                 "pictures_while_moving": len(self._updates),
                 "updates_per_second": 1 / median(self._updates) if self._updates else None,
@@ -209,7 +205,7 @@ class Window(moderngl_window.WindowConfig):
         self._last_event = time.perf_counter()
 
     def _pixel(self, x: int, y: int) -> tuple[int, int]:
-        """Return the pixel of the picture at a position in the window."""
+        """Return the picture's pixel at a position in the window."""
         rect = self.panels.layout.picture
         return tuple(int(p * b / s) for p, b, s in zip(     # type: ignore[return-value]
             (x - rect.x, y - rect.y), self.viewer.size, rect.size))
@@ -255,8 +251,8 @@ class Window(moderngl_window.WindowConfig):
             self._press.dy += dy
 
     def _follow_mouse(self) -> None:
-        """Apply the mouse's movement since the last frame. Call this after the frame has begun,
-        because ImGui only then knows whether a button was pressed over a panel."""
+        """Apply the mouse's movement since the last frame. Only after the frame has begun does
+        ImGui know whether a button was pressed over a panel."""
         press = self._press
         if press is None:
             return
@@ -300,7 +296,7 @@ class Window(moderngl_window.WindowConfig):
         """Run the actions of keys that do not go to a panel.
 
         Call this after the frame has begun. In a slow frame, a click into a text field and the
-        typed text arrive together. ImGui knows only after the frame has begun that the text
+        typed text arrive together; only after the frame has begun does ImGui know that the text
         belongs to the field.
         """
         keys, link, viewer = self.wnd.keys, self.link, self.viewer
@@ -337,7 +333,6 @@ class Window(moderngl_window.WindowConfig):
     # Actions of keys ------------------------------------------------------------------------
 
     def _fly(self, seconds: float) -> None:
-        """Move the camera while flight keys are down."""
         keys, held = self.wnd.keys, self._held
         way = np.array([(keys.D in held) - (keys.A in held), (keys.E in held) - (keys.Q in held),
                         (keys.W in held) - (keys.S in held)], np.float64)

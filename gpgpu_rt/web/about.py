@@ -1,4 +1,4 @@
-"""About: the manual of a method, which is the comment at the head of the method's program."""
+"""About: the manual of a method, which is the comment at the head of its program."""
 from __future__ import annotations
 
 import re
@@ -8,7 +8,6 @@ from ..traversal.method import Method
 
 
 def about(row: Method) -> list[str]:
-    """Return the paragraphs of a method's manual."""
     header = (ROOT / row.glsl).read_text(encoding="utf-8").split("\n\n")[0]
     lines = "\n".join(re.sub(r"^// ?", "", line) for line in header.splitlines())
     return [" ".join(part.split()) for part in lines.split("\n\n")]

@@ -1,6 +1,6 @@
 // What the passes counted: the rays that are alive after each step, and the scale of the heat map.
 
-// The kernels' colours, which page.py writes into the style. Any further kernel has the last colour too.
+// The kernels' colours, which page.py writes into the style. Further kernels have the last colour.
 const KERNEL_COLOURS = [1, 2, 3, 4].map(
     (k) => getComputedStyle(document.documentElement).getPropertyValue(`--kernel-${k}`).trim());
 
@@ -11,7 +11,7 @@ const SHOWN_COLOURS = {kernel_colours: KERNEL_COLOURS.flatMap(
 const kernelColour = (phase) => KERNEL_COLOURS[Math.min(phase, KERNEL_COLOURS.length) - 1];
 
 // Returns the numbers of rays, or packets, that are alive after 0, 1, 2, ... steps, the step after which none is alive,
-// and the 99th percentile of their steps. A ray is alive after k steps if it took more than k steps.
+// and the 99th percentile of their steps. A ray is alive after k steps if it took more than k.
 function survey(schedule, states) {
     const [texel, channel] = field(schedule, "steps"), [width, height] = sizeOf.get(states[texel]);
     const values = readTexture(states[texel], width, height);
@@ -25,8 +25,7 @@ function survey(schedule, states) {
             percentile: Math.max(1, taken[Math.floor(0.99 * (taken.length - 1))])};
 }
 
-// Draws the curve of live rays, with a mark at the present step. A second mark shows the step `end`, at which the
-// clicked ray ends, unless `end` is null.
+// Draws the curve of live rays, with marks at the present step and at the step `end` (or null) of the clicked ray.
 function drawAlive(found, step, end) {
     const chart = element("alive"), context = chart.getContext("2d"), {width, height} = chart;
     context.clearRect(0, 0, width, height);
@@ -58,8 +57,7 @@ function drawAlive(found, step, end) {
         + `are alive (${(100 * count / all).toFixed(1)} %)`;
 }
 
-// Draws the scale of the heat map's colours with the program that draws the picture, as a row of rays whose numbers of
-// steps increase from left to right.
+// Draws the scale of the heat map with the program of the picture, as a row of rays with increasing steps.
 function drawRamp() {
     const {width: pixels, height} = element("ramp"), context = element("ramp").getContext("2d");
     const counts = new Float32Array(4 * pixels).map((_, k) => k % 4 ? 0 : k / 4 / (pixels - 1));
@@ -78,7 +76,7 @@ function drawRamp() {
     freeTargets("legend");
 }
 
-// Writes the kernels' names beside their colours, and numbers of steps below the scale of the heat map's colours.
+// Writes the kernels' names beside their colours, and numbers of steps below the heat map's scale.
 function nameLegends(kernels, scale) {
     element("waits").replaceChildren(...kernels.map((name, k) => {
         const one = document.createElement("span"), chip = document.createElement("i");

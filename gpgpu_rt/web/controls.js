@@ -5,8 +5,7 @@ const chosen = {method: runnable[0], schedule: null, most: null, heat: false, sc
 const ANSWER = 40;          // milliseconds that a picture may take while the camera turns
 const PROGRESS = 250;       // milliseconds between two pictures of an unfinished trace
 const PLAYED = 240;         // approximate number of pictures when a search is played
-// A method opens with the first of these schedules that it has. `loop` is the last, because it has no steps, so the
-// page cannot show the search.
+// A method opens with the first of these schedules that it has. `loop` has no steps, so it cannot show the search.
 const OPENS = ["step", "kernels", "loop"];
 const SIDES = [512, 384, 256, 192, 128, 96, 64, 48, 32];
 let surfaces = null, result = null, busy = false, wanted = false, playing = false, lost = false;
@@ -16,12 +15,12 @@ function schedule() {
     return chosen.method.schedules[chosen.schedule];
 }
 
-// Whether the WebGL context is lost. The browser may send its event about the loss later.
+// Whether the WebGL context is lost; the event about the loss may come later.
 function isLost() {
     return lost || gl.isContextLost();
 }
 
-// Traces and shows what is chosen. With `plays`, shows a sequence of steps after the present step.
+// Traces and shows what is chosen. `plays` shows a sequence of steps after the present step.
 async function show(plays = false) {
     wanted = true;
     playing = plays;
@@ -43,7 +42,7 @@ async function draws() {
     const {name, side} = dragged ? quick() : {name: chosen.schedule, side: chosen.side};
     const drawn = method.schedules[name], stepwise = drawn.repeats, ends = () => wanted && !dragged;
     const counts = stepwise && !dragged && most !== null && !playing;
-    // A heat map without a scale needs the counts of a whole search first. Otherwise, draw the picture first.
+    // A heat map without a scale needs the counts of a whole search first.
     if (counts && chosen.heat && chosen.scale === null) await countWhole(drawn, camera, side);
     if (ends()) return;
     const plays = playing && stepwise, from = most === null ? 0 : most;
@@ -58,7 +57,7 @@ async function draws() {
     const found = await trace(drawn, camera, side, side, {most: limit, stopped: () => ends() || paused(), seen});
     if (ends()) return;
     if (stepwise && limit === MOST_TURNS && found.alive === 0 && !dragged) count(drawn, found, camera, side);
-    // A pause may come between two steps that were shown, so take the step from the trace.
+    // A pause may come between two shown steps, so take the step from the trace.
     if (plays) [playing, chosen.most] = [false, playing || found.alive === 0 ? null : found.turns];
     element("play").textContent = "play";
     paint(found, drawn, camera, side);
@@ -77,8 +76,7 @@ async function draws() {
     if (counts && !wanted) await countWhole(drawn, camera, side);
 }
 
-// For a picture that stops at a step, traces the same rays to their ends and counts the live rays after each step,
-// unless these counts are known.
+// Counts the live rays after each step of a picture that stops at a step, unless the counts are known.
 async function countWhole(drawn, camera, side) {
     if (presentSurvey()) return;
     const whole = await trace(drawn, camera, side, side, {place: "count", stopped: () => wanted});
@@ -86,7 +84,6 @@ async function countWhole(drawn, camera, side) {
     freeTargets("count");
 }
 
-// Draws a picture of states into the canvas.
 function paint(found, drawn, camera, side) {
     const stepwise = drawn.repeats;
     const [[phase, a], [steps, b]] = stepwise ? ["phase", "steps"].map((name) => field(drawn, name)) : [[0, 0], [0, 0]];
@@ -112,7 +109,7 @@ function progress(began, drawn, camera, side) {
     };
 }
 
-// Returns the function that shows the steps of a trace after the step `from`. The reader sees wavefronts advance.
+// Returns the function that shows the steps of a trace after the step `from`.
 function played(from, drawn, camera, side) {
     const stride = Math.max(1, Math.round((presentSurvey() ? counted.last : 1) / PLAYED));
     return async (states, step) => {
@@ -124,7 +121,7 @@ function played(from, drawn, camera, side) {
     };
 }
 
-// What a picture costs, to choose a size that answers at once while the camera turns ----------------------
+// The cost of pictures, to choose a size that answers at once ----------------------
 
 const costs = new Map();
 function costKey(name) {
@@ -153,15 +150,15 @@ function presentSurvey() {
 
 function count(drawn, found, camera, side) {
     counted = {...survey(drawn, found.states), key: countKey(camera, side)};
-    // With several cycles, a turn (passes.js) runs one kernel, and only for the rays that wait for this kernel. The
-    // number of turns is then not the number of a ray's steps.
+    // With several cycles, a turn (passes.js) runs one kernel, only for the rays that wait for it. The number of
+    // turns is then not a ray's number of steps.
     if (drawn.cycles.length > 1) Object.assign(counted, {last: found.turns, alive: null});
     element("pass").max = counted.last;
     if (chosen.scale === null) rescale(counted.percentile);
     steps();
 }
 
-// Shows the present step beside the picture, in the chart, in space and in the program.
+// Shows the present step in the slider, the chart, the space and the program.
 function steps() {
     const slider = element("pass"), found = presentSurvey();
     slider.value = chosen.most === null ? slider.max : chosen.most;
@@ -173,7 +170,7 @@ function steps() {
 }
 
 // The step after which the clicked ray has ended; null if it is unknown. Under kernels, a step of the slider runs one
-// kernel, and only for the rays that wait for this kernel. The step of the slider is then not the ray's step.
+// kernel, only for the rays that wait for it, so it is not the ray's step.
 function rayEnd() {
     return path && path.states && schedule().cycles.length === 1 ? path.states.length - 1 : null;
 }
@@ -186,7 +183,6 @@ function rescale(scale) {
 
 // The clicked ray -----------------------------------------------------------------------------------------
 
-// Traces the path of the clicked ray, unless it is known.
 async function follow() {
     if (!chosen.ray) {
         path = null;
@@ -204,7 +200,7 @@ async function follow() {
     steps();
 }
 
-// Draws the ray in space at the present step, and marks the kernel that runs next.
+// Draws the ray in space at the present step, and marks the next kernel.
 function spaceAt() {
     const whole = chosen.most === null || schedule().cycles.length > 1, step = whole ? Infinity : chosen.most;
     const states = path && path.states;
@@ -223,7 +219,6 @@ function spaceAt() {
     markKernel(states ? states[Math.min(step, states.length - 1)].kernel : "", !playing);
 }
 
-// Writes the hit and the state of a ray.
 function describe(x, y) {
     const hit = readTexture(result.hit, 1, 1, x, y), drawn = result.schedule;
     path.hit = hit;
@@ -241,8 +236,7 @@ function describe(x, y) {
 
 // Choices -------------------------------------------------------------------------------------------------
 
-// Chooses the method that is selected in the list, a schedule by its name, and the step at which the search stops;
-// null stands for the whole search.
+// Chooses the selected method, a schedule, and the step at which the search stops, or null for the whole search.
 function choose(name = element("schedule").value, most = null) {
     chosen.method = page.methods.find(({name}) => name === element("method").value);
     const names = Object.keys(chosen.method.schedules), list = element("schedule");
@@ -291,18 +285,18 @@ function showProgram() {
     showText(page.texts[drawn.passes[number].fragment], drawn.structure.kernels);
 }
 
-// The sine of the angle between the direction of a view and the camera's upward direction.
+// The sine of the angle between a view and the camera's upward direction.
 function slant(eye, {target: at, up}) {
     return Math.hypot(...cross(unit(eye.map((x, k) => x - at[k])), unit(up)));
 }
 
-// Whether the view from `eye` is far enough from the upward direction. If the given camera itself looks almost upward,
-// the view from `eye` may be as close to this direction as the camera's view, apart from rounding.
+// Whether the sine of the view from `eye` and the upward direction is at least 0.1, or, apart from rounding, at least
+// as large as the given camera's.
 function sideways(eye, camera) {
     return slant(eye, camera) >= Math.min(0.1, slant(camera.eye, camera) * (1 - 1e-6));
 }
 
-// The address keeps the choices after its "#", so that a link shows what its sender saw.
+// Keeps the choices after the "#" of the address, for links.
 function remember() {
     const choices = new URLSearchParams({method: chosen.method.name, schedule: chosen.schedule,
                                          rays: element("size").value});
@@ -314,12 +308,12 @@ function remember() {
     try {
         history.replaceState(null, "", `#${String(choices).replaceAll("%2C", ",")}`);
     } catch {
-        // A browser may limit how often the address changes; the next picture writes it.
+        // A browser may limit changes of the address; the next picture writes it.
     }
 }
 
-// Reads the address. Returns the name of the schedule, and the step, or null for the whole search. If the address
-// names no schedule, step or ray, the page opens in mid-search, with the ray that takes the most steps.
+// Returns the schedule's name and the step (null for the whole search) of the address. By default, the page opens in
+// mid-search, with the ray that takes the most steps.
 function recall() {
     const choices = new URLSearchParams(location.hash.slice(1));
     const numbers = (name) => (choices.get(name) || "").split(",").map(Number);

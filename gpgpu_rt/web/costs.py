@@ -12,16 +12,12 @@ from ..tracer import Tracer
 def ray_costs(scene: Scene, name: str, side: int) -> dict[str, Any]:
     """Return the costs of ``side`` x ``side`` eye rays, ready for JSON.
 
-    The page's script could count only from states that passes leave in textures. The tracer counts
-    instead, so methods that leave no states have counts too.
-
     Returns
     -------
     ``steps`` and ``nodes`` are (mean, largest) per ray; ``nodes`` is None for a method without
     nodes. ``ray`` is the place of the ray with the most steps, across and down, from 0 to 1.
-    ``step`` is the step at which the page opens. It is the smaller of two numbers: the median
-    number of steps of the rays that hit (about half of the hits are found by then), and half of
-    the largest number of steps of a ray.
+    ``step`` is the step at which the page opens: the median number of steps of the rays that hit,
+    but at most half of the largest number of steps of a ray.
     """
     with Tracer(scene, name, statistics=True) as tracer:
         hits = tracer.trace(*scene.camera.rays((side, side)))

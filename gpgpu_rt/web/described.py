@@ -1,10 +1,10 @@
 """The description of a schedule's passes, made from the passes that a tracer draws.
 
-The host draws a picture of test rays and observes the passes. Equal passes have the same program,
-inputs and target. The description names the passes before the first repetition, and the passes of
-a cycle, which the page's script (passes.js) repeats until no ray is alive. A cycle consists of
-turns, each of which begins with the cycle's first program. A cycle has several turns if successive
-turns write to different targets.
+The host observes the passes of a picture of test rays. Equal passes have the same program, inputs
+and target. The description names the passes before the first repetition, and the passes of a
+cycle, which the page's script (passes.js) repeats until no ray is alive. A cycle consists of
+turns, each of which begins with the cycle's first program: successive turns may write to different
+targets.
 """
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ from .page_data import NotInBrowser, PageData
 from .structure import structure_of
 
 EYE = "drivers/eye_rays.frag"
-# Passes that mark and count rays. The player, which is the page's script (player.js and
-# passes.js), counts by a program of its own instead.
+# Passes that mark and count rays. The page's player (player.js and passes.js) counts by its own
+# program instead.
 COUNTING = ("drivers/mask.frag", "drivers/classify.frag", "drivers/tile_counts.frag")
 PUSH = "drivers/push.frag"
 PACKET_HITS = "drivers/packet_hits.frag"
@@ -100,7 +100,7 @@ class Described:
         self._start = self._end(once) if self._cycles else {"states": place[0], "hits": place}
 
     def _by_kernel(self, rest: Sequence[ObservedPass]) -> list[dict[str, Any]]:
-        """Return a cycle for each kernel: the first passes that run this kernel."""
+        """Return a cycle for each kernel: the first passes that run it."""
         segments: list[list[ObservedPass]] = [[]]
         for one in rest:
             if one.name in COUNTING:
@@ -117,7 +117,7 @@ class Described:
         return cycles
 
     def _described_cycle(self, kernel: int, turns: list[list[ObservedPass]]) -> dict[str, Any]:
-        """Return the turns of a cycle. A turn ends with states and hits in known targets."""
+        """Return the turns of a cycle, each with the targets of its states and hits."""
         return {"kernel": kernel, "turns": [
             {"passes": [self._number(one) for one in turn], **self._end(turn)} for turn in turns]}
 
@@ -131,13 +131,12 @@ class Described:
         return {"states": states, "hits": [hits, self._hits[hits]]}
 
     def _sampled_as(self, passes: Sequence[ObservedPass], sampler: str) -> dict[int, int]:
-        """Return the targets that passes read through a sampler: target -> the output that is
-        read."""
+        """Return the targets that passes read through a sampler: target -> the read output."""
         return dict(self._places[one.inputs[sampler].glo] for one in passes
                     if sampler in one.inputs and one.inputs[sampler].glo in self._places)
 
     def _place(self, one: ObservedPass) -> None:
-        """Give the pass's target a number, if the target is new."""
+        """Number the pass's target, if it is new."""
         if one.outputs[0].glo in self._places:
             return
         width, height = one.outputs[0].size
@@ -152,7 +151,7 @@ class Described:
         self._targets.append(told)
 
     def _number(self, one: ObservedPass) -> int:
-        """Return the number of a pass. Equal passes share a number and a description."""
+        """Return the number of a pass; equal passes share it."""
         key = _key(one)
         if key not in self._numbers:
             self._numbers[key] = len(self._passes)
@@ -169,7 +168,7 @@ class Described:
                 inputs[sampler] = f"table:{self._tables.texture(texture)}"
             else:
                 raise NotInBrowser(f"neither a pass nor a table provides {sampler}")
-        # The printed form is shorter, computes the same bits, and is shown to the page's reader.
+        # The printed form computes the same bits, and the page's reader sees it.
         sized, fragment = self._sized(one), program_text(self._printed[one.texts[1]])
         if self._packets:
             fragment = without_do(fragment)
@@ -183,16 +182,15 @@ class Described:
                 "outputs": len(one.outputs)}
 
     def _sized(self, one: ObservedPass) -> dict[str, list[Any]]:
-        """Return the uniforms that depend on the number of rays: name -> [target, size]. ``size``
-        is "rays" for the size of the ray textures, "tile" for the size of a tile of the target, or
-        "across" for the target's number of tiles in a row."""
+        """Return the uniforms that depend on the number of rays: name -> [target, size], where
+        size is "rays" for ray textures, "tile" for a tile, or "across" for the target's tiles in a
+        row."""
         kinds = {"ray_texture_size": "rays", "tile_size": "tile", "tiles_a_row": "across"}
         atlas = next((k for k, target in enumerate(self._targets) if "levels" in target), 0)
         return {name: [atlas if name.startswith("tile") else 0, kind]
                 for name, kind in kinds.items() if name in one.uniforms}
 
     def told(self) -> dict[str, Any]:
-        """Return the description of the schedule, for JSON."""
         fields = self._state.fields if self._cycles else ()
         return {"passes": self._passes, "targets": self._targets, "once": self._once,
                 "cycles": self._cycles, "repeats": bool(self._cycles),
@@ -204,7 +202,7 @@ class Described:
 
 
 def _state_record(tracer: Tracer) -> tuple[Record, str]:
-    """Return the record of the states that a cycle writes, and the name of its stream."""
+    """Return the record of a cycle's states, and its stream's name."""
     row = tracer.method
     if row.packet_state is None:
         return row.state, "state"
@@ -212,7 +210,6 @@ def _state_record(tracer: Tracer) -> tuple[Record, str]:
 
 
 def _title(one: ObservedPass, schedule: str) -> str:
-    """Return the name of a pass for the page's list of programs."""
     if one.name in (EYE, PUSH, PACKET_HITS):
         return {EYE: "eye rays", PUSH: "push", PACKET_HITS: "hits of packets"}[one.name]
     if one.kernel == "init":
@@ -227,8 +224,8 @@ def _key(one: ObservedPass) -> tuple[Any, ...]:
 
 
 def _cycle(passes: list[ObservedPass]) -> tuple[list[ObservedPass], list[ObservedPass]]:
-    """Return two lists: the passes before the first pass that is repeated, and the passes from
-    there up to its repetition."""
+    """Return the passes before the first repeated pass, and those from there up to its
+    repetition."""
     keys = [_key(one) for one in passes]
     first = next((k for k, key in enumerate(keys) if key in keys[k + 1:]), None)
     if first is None:
@@ -241,6 +238,6 @@ def _cycle(passes: list[ObservedPass]) -> tuple[list[ObservedPass], list[Observe
 
 
 def _turns(cycle: list[ObservedPass]) -> list[list[ObservedPass]]:
-    """Cut a cycle into turns: cut wherever the cycle's first program runs again."""
+    """Cut a cycle wherever its first program runs again."""
     starts = [k for k, one in enumerate(cycle) if one.program.glo == cycle[0].program.glo]
     return [cycle[a:b] for a, b in zip(starts, [*starts[1:], len(cycle)])]

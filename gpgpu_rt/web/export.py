@@ -1,9 +1,7 @@
 """Export: the passes of a method, as a description that the page's player runs.
 
 The host draws a few passes and observes them. The description names the programs in GLSL ES, the
-tables, and what each pass reads and writes. The player (player.js and passes.js) knows no
-method: it draws the passes in their order, and repeats the passes of a cycle until no ray is
-alive.
+tables, and what each pass reads and writes. The player (player.js and passes.js) knows no method.
 """
 from __future__ import annotations
 
@@ -39,7 +37,7 @@ class WebMethod:
     about : the paragraphs of the method's manual
     schedules : for each schedule that runs in a browser, its passes
     test : the test's rays (``side`` and ``eye``), and the numbers of two tables: the rays'
-        directions, and the rays' hits (t, u, v, and the triangle or -1)
+        directions and hits (t, u, v, and the triangle or -1)
     costs : the steps and nodes of the test's rays, and the ray with the most steps
     """
 
@@ -116,10 +114,8 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
 
 
 def _hand_back(tracer: Tracer) -> None:
-    """Trace the last call's rays again, and draw the pass that gives packets' hits to rays.
-
-    A call that reads hits to the host needs no such pass, but the page does.
-    """
+    """Trace the last call's rays again, and draw the pass that gives packets' hits to rays, which
+    the page needs."""
     session = tracer.session
     rays, buffers = session.buffers.of((TEST_SIDE, TEST_SIDE))
     session.driver.run(rays, buffers, tracer.statistics)[0].samplers()

@@ -48,10 +48,10 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
     ----------
     scene : the scene of the methods' pages
     names : the methods that get a page each. The pages beside figures have their own methods
-    folder : the folder, created if it is missing. Other files in the folder stay, except the
-        earlier page of a method that does not run
-    left_out : receives name -> reason for each method that does not run on this scene. The gallery
-        then leaves the method out
+    folder : the folder, created if it is missing. Other files in it stay, except the earlier page
+        of a method that does not run
+    left_out : receives name -> reason for each method that does not run on this scene and is left
+        out
     say : called with each line about progress
 
     Raises
@@ -92,7 +92,7 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
 
 
 def _made(folder: str) -> Path:
-    """Make the folder if it is missing, and check that files can be written into it."""
+    """Make the folder if needed, and check that it can be written."""
     if not folder:
         raise Error("the name of the gallery's folder is empty; give -o FOLDER")
     path = Path(folder)
@@ -111,8 +111,8 @@ def _map(scene: Scene, name: str) -> Heat:
 
 def _index(scene: Scene, maps: Mapping[str, Heat], twins: Mapping[Twin, Scene],
            left_out: Mapping[str, str]) -> str:
-    # A scale up to the steps of brute force would make every other map dark. So the scale ends at
-    # the median of the maps' 99 % quantiles.
+    # The scale ends at the median of the maps' 99 % quantiles: the steps of brute force would make
+    # all other maps dark.
     ends = [one.summary()["quantile_99"] for one in maps.values()] or [1.0]
     highest = max(1.0, statistics.median(ends))
     cards = [_card(find_method(name), one, scene, highest) for name, one in maps.items()]

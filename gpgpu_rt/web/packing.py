@@ -1,8 +1,8 @@
 """Packing: float32 tables as short texts, from which the page recovers the same bits.
 
-A table is cut into columns, a column for each component of each texel of its record. Every number
-is predicted, and the differences from the prediction are stored byte plane by byte plane: bytes of
-equal rank resemble each other, so they compress well. `unpack.js` reverses these steps.
+A table is cut into columns, one for each component of each texel of its record. Every number is
+predicted, and the differences are stored byte plane by byte plane, which compresses well.
+`unpack.js` reverses these steps.
 """
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-# A number is predicted as 0, as the number before it, as the number of its row, or as one more
-# than the largest number before it.
+# The predictions of a number: 0, the number before it, the number of its row, or one more than the
+# largest number before it.
 PREDICTIONS = ("none", "previous", "row", "fresh")
 MOST_TEXELS = 4     # records with up to this number of texels get a column for each component
 SAMPLE = 1 << 13    # rows from which the prediction of a column is chosen
-# The values 0, 1, 2, ... of a key column divide the rows of another column into classes. This is
-# the number of the last class, which holds all larger values too.
+# The values 0, 1, 2, ... of a key column divide the rows of another column into classes. The last
+# class has this number, and holds all larger values too.
 CLASSES = 3
 
 
@@ -28,11 +28,11 @@ def packed_table(values: np.ndarray) -> dict[str, Any]:
     Returns
     -------
     dict
-        "values": the number of values; "width": the number of columns; "columns": [number, codes]
-        of each column, in the order in which "data" holds the columns; "data": the bytes of all
-        columns, compressed by raw deflate, as base64. Codes are [kind, prediction, byte planes],
-        or [key column, last class, a list of the codes of each class] for a column whose rows are
-        divided by the values of another column.
+        "values" and "width": the numbers of values and of columns; "columns": [number, codes] of
+        each column, in the order of "data": the bytes of all columns, compressed by raw deflate,
+        as base64. Codes are [kind, prediction, byte planes], or [key column, last class, a list of
+        the codes of each class] for a column whose rows are divided by the values of another
+        column.
     """
     flat = np.ascontiguousarray(values, "<f4").ravel()
     components = 1 if np.ndim(values) == 1 else np.shape(values)[1]
@@ -94,7 +94,7 @@ class _Columns:
 
 
 def _cheapest(column: np.ndarray, rows: np.ndarray) -> tuple[int, list[Any]]:
-    """Return the smallest number of compressed bytes for a column, and the codes that give it."""
+    """Return the smallest number of compressed bytes for a column, and its codes."""
     kinds = ["integer", "float"] if _exact_integers(column) else ["float"]
     tried = []
     for kind in kinds:
@@ -123,7 +123,7 @@ def _exact_integers(column: np.ndarray) -> bool:
 
 def _coded(column: np.ndarray, rows: np.ndarray, kind: str,
            prediction: str) -> tuple[list[Any], bytes]:
-    """Return the codes of a column, and its differences in byte planes, lowest plane first."""
+    """Return a column's codes, and its differences in byte planes, lowest first."""
     column = np.ascontiguousarray(column)
     if kind == "integer" and not _exact_integers(column):
         kind, prediction = "float", "none"      # the sample held integers, but not all rows do
@@ -151,6 +151,5 @@ def _coded(column: np.ndarray, rows: np.ndarray, kind: str,
 
 
 def _text(data: bytes) -> str:
-    """Return bytes, compressed by raw deflate, as base64."""
     deflate = zlib.compressobj(6, zlib.DEFLATED, -15)
     return base64.b64encode(deflate.compress(data) + deflate.flush()).decode()

@@ -26,8 +26,8 @@ HERE = Path(__file__).parent
 # The page joins these files, in this order, into a single script.
 SCRIPTS = ("vectors.js", "unpack.js", "player.js", "passes.js", "selftest.js", "path.js",
            "visits.js", "space.js", "charts.js", "program.js", "controls.js", "start.js")
-# The page's own programs, which show and count the rays. These programs and the scripts use
-# CONSTANTS.
+# The page's own programs, which show and count the rays, and the constants of programs and
+# scripts.
 OWN = {"whole": "drivers/full_screen.vert", "show": "web/show.frag", "alive": "web/alive.frag"}
 CONSTANTS = {"NO_TRIANGLE": NO_TRIANGLE, "TILE": TILE, "HEAT_COLOURS": len(RAMP)}
 SIDE = 512          # side of the canvas in pixels
@@ -42,10 +42,10 @@ def write_page(scene: Scene, names: list[str], path: str,
 
     Parameters
     ----------
-    left_out : receives name -> reason for each method that does not run on this scene. The page
-        then leaves the method out
+    left_out : receives name -> reason for each method that does not run on this scene and is left
+        out
     title, caption : the page's heading, and a sentence below it. The default heading names the
-        scene, and the method if the page has a single method
+        scene, and the method if there is only one
 
     Raises
     ------
@@ -74,7 +74,6 @@ def write_page(scene: Scene, names: list[str], path: str,
 
 def page_text(scene: Scene, methods: list[WebMethod], tables: PageData, title: str = "",
               caption: str = "") -> str:
-    """Return the text of a page; see :func:`write_page`."""
     own = {name: tables.text(resolve(file, CONSTANTS).text) for name, file in OWN.items()}
     wires = _wires(scene, tables)
     told = {"methods": [asdict(one) for one in methods], "texts": tables.texts,
@@ -104,7 +103,7 @@ def _cost_row(method: WebMethod) -> str:
 
 
 def _kernel_colours() -> str:
-    """Return a CSS rule with the colours that films and the viewer give to kernels."""
+    """Return a CSS rule with the kernels' colours."""
     names = [f"--kernel-{phase}: #{bytes(category(phase)).hex()}"
              for phase in range(1, MOST_KERNELS + 1)]
     return f":root {{ {'; '.join(names)} }}\n"
@@ -112,8 +111,7 @@ def _kernel_colours() -> str:
 
 def _wires(scene: Scene, tables: PageData) -> dict[str, Any]:
     """Return the triangles whose edges the page draws. Their corners are integers from 0 to 4095
-    across the scene's box. For a large scene, half of the drawn triangles are the scene's
-    largest triangles."""
+    across the scene's box. Half of the drawn triangles of a large scene are its largest."""
     corners = scene.triangles.astype(np.float64)
     if len(corners) > MOST_WIRES:
         edges = corners[:, 1:] - corners[:, :1]

@@ -16,7 +16,7 @@ class NotInBrowser(Exception):
 
 
 class PageData:
-    """The tables and texts of a page. Equal tables, and equal texts, are stored once."""
+    """The tables and texts of a page. Equal tables and equal texts are stored once."""
 
     def __init__(self) -> None:
         self.texts: list[str] = []
@@ -41,7 +41,7 @@ class PageData:
         self._corners = np.ascontiguousarray(scene.triangles, np.float32)
         bits = self._corners.reshape(-1, 3).view("V12").ravel()
         _, first, place = np.unique(bits, return_index=True, return_inverse=True)
-        # Number the corners in the order of first use: packing.py can then predict many numbers.
+        # packing.py can predict many numbers if corners are numbered in the order of first use.
         order = np.argsort(first)
         numbers = np.empty(len(order), np.int64)
         numbers[order] = np.arange(len(order))
@@ -72,10 +72,8 @@ class PageData:
             rows, size=size, triangles=True)
 
     def _triangle_rows(self, texels: np.ndarray) -> np.ndarray | None:
-        """Return the triangle and the field ``last`` of each row of a triangle table, (n, 2).
-
-        Return None if the table that the page would make from these rows differs in any bit.
-        """
+        """Return the triangle and the field ``last`` of each row of a triangle table, (n, 2); None
+        if the page's table of these rows would differ in any bit."""
         if texels.shape[1] != 4 or not len(self._corners):
             return None
         rows = np.zeros((-(-len(texels) // 3), 3, 4), np.float32)

@@ -1,10 +1,9 @@
-// The path of a single ray, read from the states that the passes write. This script runs no traversal of its own: the
-// method's passes trace the ray, and the fields of the kept states name the node or cell, and the triangle under test.
+// The path of a single ray, read from the states that the method's passes write: their fields name the node or cell,
+// and the triangle under test. This script runs no traversal.
 
 const ROW = 1024;           // states in a row of the texture that keeps them
 const MOST_STATES = 8192;   // a longer path is cut off
 
-// Promises of tables' values, read back from the textures that the passes sample.
 const tableValues = new Map();
 function valuesOf(number) {
     return cached(tableValues, number, async () => {
@@ -24,7 +23,7 @@ async function reader(drawn, name) {
     };
 }
 
-// Returns the number of the table that a sampler of the passes reads.
+// Returns the number of the table behind a sampler.
 function tableOf(drawn, sampler) {
     return Number(drawn.passes.map(({inputs}) => inputs[sampler]).find((one) => one).split(":")[1]);
 }
@@ -51,8 +50,8 @@ async function boxReader(drawn) {
     return () => null;
 }
 
-// Returns (node) -> [low corner, high corner], or null, for a kd-tree whose nodes store only split planes. A node's
-// box is the scene's box, cut by the split planes of the node's ancestors.
+// Returns (node) -> [low corner, high corner], or null, for a kd-tree whose nodes store only split planes: the
+// scene's box, cut by the split planes of the node's ancestors.
 async function splitBoxes(drawn) {
     const [split, axis] = [await reader(drawn, "split"), await reader(drawn, "axis")];
     const left = await reader(drawn, "left"), parents = await parentsOf(drawn, axis, left);
@@ -70,7 +69,7 @@ async function splitBoxes(drawn) {
 
 const splitTrees = new Map();
 
-// Returns a promise of the parents of a kd-tree's nodes. The root and records without a node have the parent -1.
+// Returns a promise of the parents of a kd-tree's nodes, or -1.
 function parentsOf(drawn, axis, left) {
     const [sampler, texels] = drawn.structure.places.left, number = tableOf(drawn, sampler);
     return cached(splitTrees, number, async () => {
@@ -88,7 +87,7 @@ function parentsOf(drawn, axis, left) {
     });
 }
 
-// Returns (state) -> the corners of the triangle that the state's kernel tests next, or null.
+// Returns (state) -> the corners of the triangle to test next, or null.
 async function triangleReader(drawn) {
     const {places} = drawn.structure;
     if (!places.v0) return () => null;
@@ -98,8 +97,8 @@ async function triangleReader(drawn) {
 }
 
 // Returns the path of a ray: for the set-up and for each step, the ray's state (`fields`), the kernel that runs next,
-// the box, the node or cell of the box (`place`), the triangle under test and the interval on the ray. Returns null
-// if the method has no steps, or traces packets. Throws a LostContext.
+// the box and its node or cell (`place`), the triangle under test and the interval on the ray. Returns null if the
+// method has no steps, or traces packets. Throws a LostContext.
 async function pathOf(method, camera, direction) {
     const drawn = method.schedules.step;
     if (!drawn || searchers(drawn) === "packets") return null;

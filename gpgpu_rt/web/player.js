@@ -1,4 +1,4 @@
-// The player of a page: draws the passes that the description names, in WebGL 2. It knows no traversal method.
+// The player of a page: draws the passes that the description names, in WebGL 2, for any method.
 
 const page = JSON.parse(document.getElementById("description").textContent);
 const canvas = document.getElementById("picture");
@@ -8,13 +8,13 @@ const {NO_TRIANGLE, TILE} = page.constants;   // TILE: side of the squares of ra
 const UNWRITTEN = -2;      // what a target holds where no fragment wrote
 const SLICE = 30;           // milliseconds of passes between two pauses for the page's events
 
-// After the WebGL context is lost, calls fail in many places. The listeners of the context's events tell the reader,
-// so no other message is needed.
+// Calls fail in many places after the WebGL context is lost. Listeners tell the reader, so no other message is
+// needed.
 class LostContext extends Error {}
 let losses = 0;             // how often the context was lost
 
-// Returns a function that throws a LostContext if the context was lost since `watched` was called. Work that pauses
-// calls the function after each pause: if the context was lost and restored meanwhile, the work's textures are gone.
+// Returns a function that throws a LostContext if the context was lost since `watched` was called. Work calls this
+// function after each pause: the work's textures are gone even if the context was restored meanwhile.
 function watched() {
     const before = losses;
     return () => {
@@ -68,13 +68,13 @@ function texture(width, height, components, values) {
 
 const values = (number) => unpacked(page.tables[number]);
 
-// Promises of tables' textures. Passes that ask for the same table at the same time share its promise and its texture.
+// Promises of tables' textures, which passes share.
 const tables = new Map();
 function table(number) {
     return cached(tables, number, tableTexture);
 }
 
-// Returns a value that a map keeps under a key. `make` makes the value when it is first asked for.
+// Returns a value that a map keeps under a key, made at first use.
 function cached(made, key, make) {
     if (!made.has(key)) made.set(key, make(key));
     return made.get(key);
@@ -87,7 +87,7 @@ async function tableTexture(number) {
     return texture(width, height, components, texels);
 }
 
-// The promise of the corners of the scene's triangles, nine numbers per triangle.
+// The promise of the corners of the scene's triangles, nine numbers each.
 let corners = null;
 function sceneCorners() {
     return corners ??= expandedCorners();
@@ -100,8 +100,8 @@ async function expandedCorners() {
     return expanded;
 }
 
-// Returns the texels of a triangle table: v0 and the triangle's number, v1 and whether the triangle is the last
-// of its leaf, v2.
+// Returns the texels of a triangle table: v0 and the triangle's number, v1 and whether it is the last of its leaf,
+// v2.
 async function triangleTable(rows, length) {
     const from = await sceneCorners(), texels = new Float32Array(length);
     for (let row = 0; row < rows.length / 2; ++row) {
@@ -140,8 +140,8 @@ if (!runnable.length) fail(`No method of this page runs here: ${page.methods[0].
 
 const targets = new Map();
 
-// Returns the render target that is named `place`, such as "picture 0", for `width` x `height` rays. `of` is the width
-// and height of a tile in texels per ray. The target has `levels` tiles; with several tiles it is an atlas.
+// Returns the render target named `place`, such as "picture 0", for `width` x `height` rays. `of` is the size of a
+// tile in texels per ray. With several `levels`, the target is an atlas with a tile for each level.
 function target(place, {of = [1, 1], outputs, components = 4, levels = 1}, width, height) {
     const key = JSON.stringify([place, of, outputs, components, levels, width, height]);
     if (!targets.has(key)) {
@@ -163,7 +163,7 @@ function target(place, {of = [1, 1], outputs, components = 4, levels = 1}, width
 
 const stamps = new Map();       // first word of the targets' names -> the number of traces that drew there
 
-// Frees the targets whose names begin with the word `place`. With `keepsLast`, the targets of the last trace stay.
+// Frees the targets whose names begin with the word `place`; `keepsLast` keeps those of the last trace.
 function freeTargets(place, keepsLast = false) {
     for (const [key, {framebuffer, textures, stamp}] of targets) {
         if (!key.startsWith(`["${place} `) || keepsLast && stamp === stamps.get(place)) continue;
@@ -175,7 +175,7 @@ function freeTargets(place, keepsLast = false) {
 
 const programs = new Map();
 
-// Starts the compilation of a program. The driver may compile while the page goes on.
+// Starts the compilation of a program.
 function started(vertex, fragment) {
     const key = `${vertex} ${fragment}`;
     if (!programs.has(key)) {
@@ -194,7 +194,7 @@ function started(vertex, fragment) {
     return programs.get(key);
 }
 
-// Waits until the programs of passes are compiled.
+// Waits until passes' programs are compiled.
 async function compiled(passes) {
     for (const {made} of passes.map(({vertex, fragment}) => started(vertex, fragment))) {
         while (parallel && !gl.getProgramParameter(made, parallel.COMPLETION_STATUS_KHR) && !gl.isContextLost()) {
@@ -229,8 +229,7 @@ function setUniform({type, place}, values) {
 
 let rectangleBuffer = null;
 
-// Draws a pass on rectangles, four numbers each: left, top, right and bottom in units of `unit` texels; null draws
-// the whole target.
+// Draws a pass on rectangles (left, top, right, bottom, in units of `unit` texels), or with null on the whole target.
 function draw(vertex, fragment, into, uniforms, inputs, rectangles = null, unit = 1) {
     const {made, uniforms: known} = program(vertex, fragment);
     gl.useProgram(made);

@@ -49,8 +49,7 @@ function marked(lines, kernels) {
     return found;
 }
 
-// Marks the present kernel: the kernel for which the clicked ray waits. Without a ray, no kernel is present. With
-// `scrolls`, the text scrolls to the present kernel if it has changed.
+// Marks the present kernel, for which the clicked ray waits; with `scrolls`, scrolls to a changed kernel.
 function markKernel(kernel, scrolls) {
     const box = element("text"), marks = [...box.querySelectorAll("mark")];
     for (const mark of marks) mark.classList.toggle("present", mark.dataset.kernel === kernel);

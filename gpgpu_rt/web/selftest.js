@@ -1,14 +1,12 @@
 // The self-test: the hits of the test rays must equal the known hits to the bit.
 
-// Says that the test is running.
 function announceTest() {
     element("selftest").replaceChildren();
     element("selftest").dataset.state = "running";
     element("verdict").textContent = "The test rays are being traced.";
 }
 
-// Traces the test rays by each method and schedule. `idle` waits while the reader's own picture is traced.
-// Throws a LostContext.
+// Traces the test rays by each method and schedule. `idle` waits for the reader's own picture. Throws a LostContext.
 async function selfTest(idle) {
     const report = element("selftest"), check = watched();
     let rays = 0, differing = 0;

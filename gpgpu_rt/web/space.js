@@ -1,4 +1,4 @@
-// The scene in space: sparse edges of the scene, and the clicked ray's way through the structure, drawn as lines.
+// The scene in space: sparse edges of the scene, and the clicked ray's way through the structure.
 
 const space = element("space");
 const ENDED = "#8a93a0";    // colour of a step after which the ray has ended
@@ -6,13 +6,13 @@ const MOST_BOXES = 300;     // older boxes are left out
 const spaceView = {yaw: 0.6, pitch: 0.3};
 let wires = null;
 
-// Decodes the edges. The corners of triangles are stored as integers from 0 to 4095 across the scene's box.
+// Decodes the edges. Corners of triangles are integers from 0 to 4095 across the scene's box.
 async function loadWires() {
     const {lo, hi, data} = page.wires, found = await values(data);
     wires = {lo, hi, corners: found.map((x, k) => lo[k % 3] + x / 4095 * (hi[k % 3] - lo[k % 3]))};
 }
 
-// A picture of the scene's edges alone. It is drawn again if the view has turned.
+// A picture of the edges alone, drawn again if the view has turned.
 const edges = {canvas: document.createElement("canvas"), view: ""};
 function sceneEdges() {
     const view = JSON.stringify(spaceView);
@@ -31,8 +31,7 @@ function sceneEdges() {
     return edges.canvas;
 }
 
-// Returns the functions that draw a segment between two points, a dot, and a text above points, as seen from the
-// present view.
+// Returns the functions that draw a segment, a dot, and a text above points.
 function projector(context) {
     const {lo, hi} = wires, centre = lo.map((x, k) => (x + hi[k]) / 2);
     const radius = Math.hypot(...hi.map((x, k) => x - lo[k])) / 2 || 1, up = unit(page.camera.up);
@@ -77,7 +76,7 @@ const boxCorner = ([lo, hi], number) => lo.map((x, k) => number >> k & 1 ? hi[k]
 const BOX_EDGES = [0, 1, 2, 3, 4, 5, 6, 7].flatMap(
     (a) => [1, 2, 4].filter((bit) => !(a & bit)).map((bit) => [a, a | bit]));
 
-// Draws the scene, and the path of a ray up to a step. `ray` has the origin, the direction, and the t of its end.
+// Draws the scene, and the path of a ray (origin, direction, t of its end) up to a step.
 function drawSpace(ray, path, step) {
     if (!wires) return;
     const context = space.getContext("2d"), {line, dot, write} = projector(context);
@@ -128,7 +127,7 @@ function drawSpace(ray, path, step) {
 
 const colourOf = ({fields}) => fields.phase > 0 ? kernelColour(fields.phase) : ENDED;
 
-// Returns a line about the path's present step. `kind` is the kind of the structure's boxes, as in structure.py.
+// Returns a line about the path's present step. `kind` is a value of "boxes" (structure.py).
 function stepLine(path, step, kind) {
     if (!path) {
         return "The method traces packets, or it runs in a single pass: only the ray and its hit are shown. Other "

@@ -2,8 +2,8 @@
 
 let dragging = false, listens = false;
 
-// Calls `turned` with each movement (dx, dy) of a drag on an element, and `ended` after the drag. Calls `clicked` after
-// a press without a drag.
+// Calls `turned` with each movement (dx, dy) of a drag, `ended` after the drag, and `clicked` after a press without
+// one.
 function onDrag(one, turned, clicked, ended) {
     let from = null, moved = false, pressed = null;     // the place, and the pointer that is pressed
     one.addEventListener("pointerdown", (event) => {
@@ -110,7 +110,7 @@ function listenToContext() {
     canvas.addEventListener("webglcontextrestored", () => restore().catch(reportProblem));
 }
 
-// Makes everything again that the lost context held.
+// Makes again all that the lost context held.
 async function restore() {
     const check = watched();
     enableExtensions();
@@ -121,8 +121,7 @@ async function restore() {
     await begin();
 }
 
-// Draws the first picture, and only then makes what the picture does not need. Throws a LostContext; the page then
-// begins anew after the context is restored.
+// Draws the first picture, then makes the rest. Throws a LostContext; the page begins anew with a restored context.
 async function begin() {
     const check = watched();
     announceTest();
@@ -146,7 +145,7 @@ async function begin() {
     await selfTest(idle);
 }
 
-// Tells the reader what failed. If the context is lost, the listeners of its events have told the reader already.
+// Tells the reader what failed. Other listeners tell about a lost context.
 function reportProblem(problem) {
     if (!(problem instanceof LostContext)) fail(problem.message);
 }

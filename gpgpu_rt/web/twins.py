@@ -1,4 +1,4 @@
-"""Twins: the pages of a gallery that let a reader try a figure of ``make figures``."""
+"""Twins: the pages of a gallery beside figures of ``make figures``."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Twin:
-    """An interactive page beside a figure of ``make figures``.
+    """An interactive page beside a figure.
 
     Attributes
     ----------
@@ -23,7 +23,6 @@ class Twin:
 
     @property
     def file(self) -> str:
-        """The name of the page's file."""
         return f"{self.figure}.html"
 
 

@@ -6,7 +6,6 @@ async function inflated(base64) {
     return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-// Returns the values of a packed table as a Float32Array.
 async function unpacked(packed) {
     const bytes = await inflated(packed.data), {width} = packed;
     const floats = new Float32Array(Math.ceil(packed.values / width) * width), bits = new Int32Array(floats.buffer);

@@ -13,7 +13,7 @@ function basis({eye, target: at, up, fov}, width, height) {
             size: [width, height]};
 }
 
-// Returns a vector that is turned about an axis of length 1, by an angle in radians.
+// Returns a vector turned about an axis of length 1, by an angle in radians.
 function rotated(v, axis, angle) {
     const c = Math.cos(angle), s = Math.sin(angle), along = v.reduce((sum, x, k) => sum + x * axis[k], 0);
     const side = cross(axis, v);

@@ -1,10 +1,9 @@
 // Visits: how often a ray's path enters nodes or cells, and how often it restarts.
 
-// Counts the visits of the states of a path. A visit begins where the path enters another node. A visit is a restart if
-// the node was visited before and its box encloses the path's last box. The path then goes back to the root, or with
-// push-down to a lower ancestor. A climb from child to parent is no restart. Cells, and nodes along ropes or escape
-// indices, have no restarts. `times` maps a node to the number of its visits; `latest` is the state of the last
-// restart, or null.
+// Counts the visits of a path's states. A visit begins where the path enters another node. It is a restart if the
+// node was visited before and its box encloses the path's last box: the path goes back to the root, or with push-down
+// to a lower ancestor. A climb from child to parent is no restart. Cells, and nodes along ropes or escape indices, have
+// no restarts. `times` maps a node to its visits; `latest` is the state of the last restart, or null.
 function visitsOf(states) {
     const times = new Map();
     let visits = 0, restarts = 0, latest = null, last = null;
@@ -29,7 +28,6 @@ function encloses([lo, hi], [inner, outer]) {
 
 const several = (count, noun) => `${count.toLocaleString("en")} ${noun}${count === 1 ? "" : "s"}`;
 
-// Returns the counts in words.
 function visitWords({visits, restarts, times}, kind) {
     if (kind === "cells") return `${several(times.size, "cell")} so far`;
     return `${several(visits, "visit")} to ${several(times.size, "node")}, ${several(restarts, "restart")} so far`;

@@ -9,9 +9,8 @@ from ..errors import Error
 
 
 def digest(value: Any) -> str:
-    """Return the SHA-256 digest of a value's pickle.
-
-    The pickle of a function or class of a module holds only its name.
+    """Return the SHA-256 digest of a value's pickle, which holds only the names of functions and
+    classes.
 
     Raises
     ------

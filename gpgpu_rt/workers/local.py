@@ -8,26 +8,26 @@ from ..interrupts import left_to_this_process
 from . import logs
 
 LOOPBACK = "127.0.0.1"
-# The time that Dask waits for a killed local process to restart. After this time, Dask no longer
-# uses the process. On a busy machine, the restart can take longer than Dask's default of 15 s.
+# The time that Dask waits for a killed local process to restart. On a busy machine, the restart
+# can take longer than Dask's default of 15 s.
 LOST = "30 days"
 
 
 def local_cluster(count: int | None, threads: int | None) -> Any:
     """Start local processes and return their Dask cluster.
 
-    ``count`` and ``threads`` have the meaning that ``Workers`` documents.
+    ``count`` and ``threads``: as for ``Workers``.
 
     Notes
     -----
-    Dask's dashboard is off. Dask still starts its HTTP server on a free port, without any page.
+    Dask's dashboard is off. Its HTTP server still starts on a free port, without any page.
     """
     import dask
     dask.config.set({"distributed.deploy.lost-worker-timeout": LOST})
-    # A separate thread creates the cluster. The processes that this thread starts, now or later to
-    # replace a killed worker, do not receive Ctrl-C. The calling thread still receives Ctrl-C.
+    # A separate thread creates the cluster, so that the processes that it starts, now or later to
+    # replace a killed worker, do not receive Ctrl-C. The calling thread does.
     with dask.config.set({
-            # Set no time limit on a silent worker, because a pass may take minutes.
+            # A worker may be silent for minutes, during a pass.
             "distributed.scheduler.worker-ttl": None,
             "distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}
     ), ThreadPoolExecutor(1) as maker:

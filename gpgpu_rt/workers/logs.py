@@ -1,7 +1,6 @@
 """Logs: silence Dask's log while workers are in use.
 
-When workers are interrupted or lost, this program prints its own message. Without this module, a
-traceback of Dask would follow.
+When workers are interrupted or lost, this program prints its own message, not a traceback of Dask.
 """
 from __future__ import annotations
 
@@ -20,8 +19,8 @@ _lock = threading.Lock()
 def silenced() -> Iterator[None]:
     """Return a context in which Dask prints no log of this process.
 
-    Only handlers that write to a stream are silenced. The levels are restored when the last of
-    several overlapping contexts ends.
+    Only handlers that write to a stream are silenced, until the last of several overlapping
+    contexts ends.
     """
     global _within
     with _lock:

@@ -1,7 +1,7 @@
 """Machine lock: a shared and an exclusive lock of this machine, so that timings run undisturbed.
 
-Work holds the shared lock. A timing holds the exclusive lock, and so waits until other processes
-have finished their work.
+Work holds the shared lock. A timing holds the exclusive lock, so it waits for other processes'
+work to end.
 """
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..disk.own_folder import open_lock, own_folder
 
 Processes = Callable[[], Iterable[int]]     # returns the present process ids
 
-_turn = threading.RLock()      # only one thread of this process at a time uses the machine lock
+_turn = threading.RLock()      # one thread at a time uses the machine lock
 _held: list[IO[bytes]] = []    # the lock file, while this process has locked it
 _alone: list[IO[bytes]] = []   # the lock file, while this process has locked it exclusively
 _told: list[Callable[[], object]] = []    # the function to call before waiting for the lock
@@ -30,14 +30,13 @@ _helpers: list[Processes] = []     # functions that return the helpers of this p
 def taken(waiting: Callable[[], object] = lambda: None) -> Iterator[None]:
     """Return a context that holds the shared lock of this machine.
 
-    Several processes can hold the shared lock at once, but only one thread of each process. If
-    another process holds the exclusive lock, ``waiting`` is called once before the wait. If
-    `alone` is used within the context, it also calls ``waiting`` before it waits.
+    Several processes can hold the shared lock at once, but only one thread of each process.
+    ``waiting`` is called once before a wait for another process's exclusive lock, and before
+    `alone` waits within the context.
 
     Notes
     -----
-    The lock is an operating system lock on a file of this user. When the process that holds the
-    lock ends for any reason, the lock is released.
+    The lock is an operating system lock on a file of this user. It ends with its process.
     """
     with _turn:
         if _held:
@@ -66,9 +65,9 @@ def _lock(file: IO[bytes], how: int, waiting: Callable[[], object]) -> None:
 def alone() -> Iterator[None]:
     """Return a context that holds the exclusive lock of this machine, for timings.
 
-    If this process holds the shared lock (`taken`), it releases the shared lock while it waits for
-    the exclusive lock. Other processes may therefore get the exclusive lock first. Within the
-    context, the helpers of this process, and the processes that they started, are stopped.
+    While this process waits, it releases its shared lock (`taken`), so other processes may get the
+    exclusive lock first. Within the context, the helpers of this process (`helped`) and the
+    processes that they started are stopped.
     """
     with taken():
         if _alone:
@@ -86,9 +85,9 @@ def alone() -> Iterator[None]:
 
 @contextlib.contextmanager
 def helped(by: Processes) -> Iterator[None]:
-    """Return a context in which other processes of this machine work for this process.
+    """Return a context in which other processes of this machine, the helpers, work for this one.
 
-    While this process holds the exclusive lock (`alone`), the helpers are stopped in the middle of
+    While this process holds the exclusive lock (`alone`), its helpers are stopped in the middle of
     their work. Helpers need no lock themselves.
 
     Parameters
@@ -97,10 +96,9 @@ def helped(by: Processes) -> Iterator[None]:
 
     Notes
     -----
-    Use this context only for work on the CPU, because a graphics card would continue with the work
-    that it already has. A stopped helper must not hold a lock for which the timed work waits.
-    Mesa's single-file shader cache has such a lock, so helpers need
-    ``MESA_DISK_CACHE_MULTI_FILE=1``.
+    Use this context only for work on the CPU: a graphics card would continue its work. A stopped
+    helper must not hold a lock for which the timed work waits. Mesa's single-file shader cache has
+    such a lock, so helpers need ``MESA_DISK_CACHE_MULTI_FILE=1``.
     """
     _helpers.append(by)
     try:
@@ -141,6 +139,6 @@ def _signal(processes: Iterable[int], what: signal.Signals) -> None:
 
 
 def _file() -> Path:
-    """Return the lock file. Its name contains the host's name, because several hosts may share a
-    folder for temporary files."""
+    """Return the lock file. Its name contains the host's name, because hosts may share a temporary
+    folder."""
     return own_folder() / f"{platform.node()}.lock"

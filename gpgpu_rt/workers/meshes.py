@@ -17,8 +17,8 @@ Files = Mapping[str, bytes]     # the content of each file by its name
 def mesh_files(scene: str) -> Files:
     """Return the files of a named scene: its mesh and the cameras beside it.
 
-    The result is empty for a built-in scene. It is also empty for an AFF file, because the files
-    that an AFF file includes are not known here: each machine needs its own AFF files.
+    The result is empty for a built-in scene, and for an AFF file, because the files that it
+    includes are not known here: each machine needs its own AFF files.
     """
     name = scene.partition(":")[0]
     mesh = catalogue.mesh_path(name) if name in catalogue.ROWS else None
@@ -29,7 +29,7 @@ def mesh_files(scene: str) -> Files:
 
 
 def take_mesh(scene: str, files: Files) -> None:
-    """Store the files of a named scene on this machine, where `load_scene` finds them."""
+    """Store a named scene's files where `load_scene` finds them."""
     if not files or files == mesh_files(scene):
         return
     folder = own_folder("meshes") / digest(dict(files))

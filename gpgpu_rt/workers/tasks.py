@@ -1,6 +1,6 @@
 """Tasks: the functions that run in a worker.
 
-A worker is a process with one OpenGL context. It keeps the last tracers that it made.
+A worker is a process with one OpenGL context and the last tracers that it made.
 """
 from __future__ import annotations
 
@@ -25,26 +25,23 @@ Options = tuple[tuple[str, Any], ...]
 # Cache files by name. A name is the digest of the triangles, the builder and the build's options.
 Structures = Mapping[str, bytes]
 
-# Only one thread of a worker at a time uses its tracers, because the tracers share one OpenGL
-# context.
+# Locks the tracers of a worker, which share one OpenGL context.
 _turn = threading.RLock()
 # Each tracer, with the cache files that it was built from.
 _tracers: OrderedDict[tuple[str, str, Options], tuple[Tracer, list[Path]]] = OrderedDict()
 
 
 def received(value: Any) -> Any:
-    """Return ``value``, a scene or a motion that was sent to this worker. Other tasks get the
-    future of this task as an argument, so the value is sent only once."""
+    """Return ``value``, a scene or a motion. Other tasks get the future of this task."""
     return value
 
 
 def renderer() -> str:
-    """Return the name of this worker's renderer."""
     return open_gpu().renderer
 
 
 def structures(scene: Scene, digest: str, method: str, options: Options) -> Structures:
-    """Build the structures of a method and return them as cache files for other workers."""
+    """Build a method's structures and return them as cache files."""
     with _turn:
         files = _tracer(scene, digest, method, options)[1]
     return {path.name: path.read_bytes() for path in files if path.exists()}
@@ -93,8 +90,7 @@ def draw(scene: Scene, built: Structures, digest: str, method: str, options: Opt
 def draw_frame(scene: Scene, built: Structures, digest: str, method: str, options: Options,
                motion: Callable[[int], np.ndarray], drawing: Mapping[str, Any],
                frame: int) -> np.ndarray:
-    """Return the picture of a frame, (height, width, 3) uint8. The tracer's triangles are first
-    moved to this frame."""
+    """Move the tracer's triangles to a frame, and return its picture, (height, width, 3) uint8."""
     with tracer_of(scene, built, f"{digest}, moving", method, options) as tracer:
         tracer.update(motion(frame))
         return np.asarray(tracer.render(**drawing))

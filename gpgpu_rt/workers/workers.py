@@ -29,9 +29,8 @@ from .local import local_cluster
 LOCAL = "local"
 MOST_KEPT = 16      # number of scenes and structures that stay in the workers' memory
 PART = 1 << 16      # smallest number of rays in a part, approximately
-# The number of image rows in each part, except the last part, is a multiple of ROWS. Packets are
-# tiles of the image. ROWS is a multiple of the height of packets, so the packets of a part are
-# packets of the whole image.
+# Parts (but the last) have a multiple of ROWS image rows, so their packets are packets of the
+# whole image.
 ROWS = 8
 PATIENCE = "10s"    # time to wait for a scheduler's answer, and for its first worker
 TILE = 128          # side in pixels of the tiles that workers draw
@@ -46,25 +45,23 @@ class Workers:
     Parameters
     ----------
     scheduler : "local" for processes of this machine; or the address of a Dask scheduler, such as
-        ``tcp://host:8786``, whose workers have this package installed
-    count : number of local processes; None for a process on each core
-    threads : number of threads of the software renderer in a local process (``LP_NUM_THREADS``);
-        None keeps the renderer's default
+        ``tcp://host:8786``, whose workers have this package
+    count : number of local processes; None for one on each core
+    threads : threads of the software renderer in a local process (``LP_NUM_THREADS``); None keeps
+        the default
 
     Raises
     ------
     Error
         if Dask is not installed, no scheduler answers, or the scheduler has no workers
     OptionError
-        if ``count`` or ``threads`` is not a whole number of 1 or more, or ``scheduler`` is not
-        text
+        if ``count`` or ``threads`` is not a positive whole number, or ``scheduler`` not text
 
     Notes
     -----
-    A scene is sent once. A structure is built once and sent as cache files. A digest of the scene
-    identifies a scene, and a digest of the build's inputs identifies a structure. If a worker is
-    killed, other workers run its tasks. Local processes start by "spawn", so a script that opens
-    them needs ``if __name__ == "__main__":``. Opening local processes sets Dask's
+    A scene is sent once. A structure is built once and sent as cache files. If a worker is killed,
+    other workers run its tasks. Local processes start by "spawn", so a script that opens them
+    needs ``if __name__ == "__main__":``. Opening them sets Dask's
     ``distributed.deploy.lost-worker-timeout`` in this process.
     """
 
@@ -127,7 +124,7 @@ class Workers:
         return self._client
 
     def processes(self) -> list[int]:
-        """Return the present ids of the local processes. A killed process restarts with a new
+        """Return the present ids of the local processes; a killed process restarts with a new
         id."""
         nannies = self._cluster.workers.values() if self._cluster is not None else ()
         return [nanny.pid for nanny in nannies if nanny.pid]
@@ -185,8 +182,7 @@ class Workers:
         Raises
         ------
         ValueError
-            if the shapes of arrays do not match, or for an invalid ray; the message names the
-            first invalid ray
+            if shapes do not match, or for an invalid ray; the message names the first invalid ray
         Error
             as for ``map``; and the errors of ``Tracer``
         """
@@ -227,7 +223,7 @@ class Workers:
         scene, method, options : as for ``trace``
         size, camera, integrator : as for ``Tracer.render``
         picture : the integrator's options
-        tile : side in pixels of a tile, which a worker draws as a whole
+        tile : side of a tile in pixels
         progress : called with the number of finished tiles and of all tiles
 
         Raises
@@ -268,8 +264,8 @@ class Workers:
         frames : Numbers of the frames.
         method, options : As for ``trace``.
         progress : Called with the number of finished frames and of all frames.
-        drawing : Arguments of ``Tracer.render``. Without a camera, the moving camera of the
-            animation is followed.
+        drawing : Arguments of ``Tracer.render``. The default camera is the animation's moving
+            camera.
         """
         animation = load_animation(animation) if isinstance(animation, str) else animation
         shared = *self.shared(animation.scene, method, options), self.sent(animation.vertices)
@@ -278,10 +274,8 @@ class Workers:
             yield frames[at], drawn
 
     def renderers(self) -> list[str]:
-        """Return the names of the workers' renderers.
-
-        With more than one renderer, parts of a picture may differ in the last bit.
-        """
+        """Return the names of the workers' renderers. Parts of a picture from different renderers
+        may differ in the last bit."""
         with _in_a_line():
             return sorted(set(self.client.run(tasks.renderer).values()))
 
@@ -315,11 +309,8 @@ class Workers:
 
     def shared(self, scene: Scene | str, method: str,
                options: Mapping[str, Any]) -> tuple[Any, ...]:
-        """Return the first arguments of all tasks that trace.
-
-        They are the scene and its structures (both futures), the scene's digest, the method and
-        its options.
-        """
+        """Return the first arguments of all tasks that trace: the scene and its structures (both
+        futures), the scene's digest, the method and its options."""
         scene, row = load_scene(scene), find_method(method)
         if row.resolved(options).get("workers", 1) > 1:
             raise OptionError("a Dask worker cannot start processes for a build; leave the option "
@@ -333,14 +324,14 @@ class Workers:
         return sent, built, content, method, chosen
 
     def sent(self, value: Any, content: str | None = None) -> Any:
-        """Send a value once and return its future. ``content`` is the digest of the value."""
+        """Send a value once and return its future. ``content`` is its digest."""
         content = content or digest(value)
         # Use a task, not scattered data: Dask runs a task again if its worker dies.
         return self._kept((content,), lambda: self.client.submit(
             tasks.received, value, key=f"sent-{content}-{uuid.uuid4().hex}"))
 
     def _kept(self, key: tuple[Any, ...], submit: Callable[[], Any]) -> Any:
-        """Return a key's future, or submit it if it is missing or failed. Drop old futures."""
+        """Return a key's future, submitted anew if missing or failed."""
         if key not in self._futures or self._futures[key].status not in ("pending", "finished"):
             self._futures[key] = submit()
         self._futures.move_to_end(key)
@@ -358,7 +349,7 @@ class Workers:
             processes = self.processes()
             try:
                 self._cluster.close()
-            except TimeoutError:    # on a busy machine a process can end later than Dask waits
+            except TimeoutError:    # on a busy machine, Dask gives up early
                 for process in processes:
                     with contextlib.suppress(ProcessLookupError):
                         os.kill(process, getattr(signal, "SIGKILL", signal.SIGTERM))
@@ -372,7 +363,7 @@ class Workers:
 
 
 def check_parts(drawing: Mapping[str, Any]) -> None:
-    """Raise OptionError if ``drawing``, arguments of ``Tracer.render``, needs a whole picture."""
+    """Raise OptionError if the ``drawing`` arguments need a whole picture."""
     if drawing.get("noise") is not None:
         raise OptionError("noise is measured over a whole picture, but a worker draws only a "
                           "part; give samples instead")
@@ -383,8 +374,7 @@ def check_parts(drawing: Mapping[str, Any]) -> None:
 
 @contextlib.contextmanager
 def _in_a_line() -> Iterator[None]:
-    """Return a context that turns Dask's own exceptions into an Error whose message is a single
-    line."""
+    """Return a context that turns Dask's exceptions into an Error with a single line."""
     import distributed
     try:
         yield

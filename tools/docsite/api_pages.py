@@ -8,8 +8,8 @@ from typing import Any
 
 from .markdown import code, plain, table
 
-# The documented modules, each with the heading of its table. The names are those of __all__. A
-# module without __all__ gives the public names that it defines.
+# The documented modules, each with the heading of its table. The names are those of __all__, or
+# the public names that the module defines.
 MODULES = {
     "gpgpu_rt": "gpgpu_rt, usually imported as rt",
     "gpgpu_rt.reference": "gpgpu_rt.reference: exact answers",
@@ -21,7 +21,7 @@ MODULES = {
 
 
 def _names(module: str) -> dict[str, Any]:
-    """Returns the public functions and classes of a module that have a docstring, by name."""
+    """Returns a module's public functions and classes with docstrings, by name."""
     home = importlib.import_module(module)
     names = getattr(home, "__all__", None) or [
         name for name, one in vars(home).items() if not name.startswith("_")
@@ -32,7 +32,7 @@ def _names(module: str) -> dict[str, Any]:
 
 
 def api_table() -> str:
-    """Returns a table of the names of each module, and the list of their pages."""
+    """Returns tables of the modules' names, and the list of their pages."""
     text, pages = "", []
     for module, title in MODULES.items():
         names = _names(module)

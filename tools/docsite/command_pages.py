@@ -12,7 +12,6 @@ SHARED = "options of the tracer and its methods"
 
 
 def commands_text() -> str:
-    """Returns a section for each command."""
     parser = command_parser()
     commands, = (action for action in parser._actions
                  if isinstance(action, argparse._SubParsersAction))
@@ -37,7 +36,7 @@ def _section(name: str, parser: argparse.ArgumentParser) -> str:
 
 def _rows(parser: argparse.ArgumentParser, group: argparse._ArgumentGroup
           ) -> list[tuple[str, str]]:
-    """Returns a row for each argument of a group that the help shows, except --help itself."""
+    """Returns a row for each shown argument of a group, except --help."""
     shown = parser._get_formatter()
     return [(code(shown._format_action_invocation(action)),
              plain(shown._expand_help(action)) if action.help else "")

@@ -1,7 +1,6 @@
 """Converts the project's docstrings to reStructuredText, which Sphinx reads.
 
-The docstrings have numpy's sections. In the sections Parameters and Attributes, a line
-``name : meaning`` begins an entry.
+In numpy's sections Parameters and Attributes, ``name : meaning`` begins an entry.
 """
 from __future__ import annotations
 
@@ -14,7 +13,6 @@ _CODE = re.compile(r"(``.+?``|`[^`\n]+`)")
 
 
 def to_rst(lines: Sequence[str]) -> list[str]:
-    """Returns the lines of a docstring as reStructuredText."""
     found: list[str] = []
     title = ""
     rest = iter(range(len(lines)))
@@ -38,7 +36,7 @@ def to_rst(lines: Sequence[str]) -> list[str]:
 
 
 def _begins_list(line: str, before: str) -> bool:
-    """Returns whether a list begins at a line directly below a paragraph."""
+    """Returns whether a list begins directly below a paragraph."""
     bullets = ("* ", "- ")
     return (line.lstrip().startswith(bullets) and bool(before.strip())
             and not before.lstrip().startswith(bullets)
@@ -50,7 +48,7 @@ def _indent(line: str) -> int:
 
 
 def _escaped(line: str) -> str:
-    """Returns a line in which only code has markup; `code` becomes ``code``."""
+    """Returns a line with only code as markup; `code` becomes ``code``."""
     bullet = re.match(r" *[*-] ", line)
     if bullet:
         return bullet[0] + _escaped(line[bullet.end():])

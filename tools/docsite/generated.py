@@ -1,5 +1,4 @@
-"""Generates parts of the reference: the texts that replace marks in pages, and the pages of the
-API."""
+"""Generates parts of the reference: the texts that replace marks in pages, and the API's pages."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
@@ -18,5 +17,4 @@ PAGES: dict[str, Callable[[], str]] = {
 
 
 def generate() -> Iterator[tuple[str, str]]:
-    """Yields name and text of each page of the site that is generated as a whole."""
     yield from api_pages()

@@ -43,7 +43,7 @@ def with_links(text: str, page: Path, name: str, keep: Callable[[Path], str]) ->
 
 
 def _place(target: Path, keep: Callable[[Path], str]) -> str:
-    """Returns the name on the site of a file or a folder of the project; "" if it has none."""
+    """Returns the site's name of a file or folder of the project, or ""."""
     if target in MOVED:
         return MOVED[target]
     if target.is_dir():

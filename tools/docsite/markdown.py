@@ -9,7 +9,7 @@ _CODE = re.compile(r"(``.+?``|`[^`]+`)")
 
 
 def plain(text: str) -> str:
-    """Returns Markdown that shows a text as it stands; `code` in backticks stays code."""
+    """Returns Markdown that shows a text as it stands, with code in backticks."""
     parts = _CODE.split(" ".join(text.split()))
     parts[0::2] = [_SPECIAL.sub(r"\\\1", part) for part in parts[0::2]]
     parts[1::2] = [code(part.strip("`")) for part in parts[1::2]]
@@ -17,12 +17,12 @@ def plain(text: str) -> str:
 
 
 def code(text: str) -> str:
-    """Returns Markdown that shows a text as code, also in a table."""
+    """Returns Markdown for code, also in a table."""
     return f"`{text}`".replace("|", "\\|")
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Returns a table of Markdown cells; "" if there are no rows."""
+    """Returns a Markdown table; "" without rows."""
     lines = [" | ".join(row) for row in rows]
     if not lines:
         return ""

@@ -11,7 +11,6 @@ from .markdown import code, plain, table
 
 
 def methods_text() -> str:
-    """Returns the table of all methods, then a section for each."""
     rows = list(methods())
     text = table(("method", "paper", "what it does", "schedules"), [
         (f"[{row.name}](#{row.name})", plain(row.citation), plain(row.summary),
@@ -33,8 +32,7 @@ def _section(row: Method) -> str:
 
 
 def default_of(option) -> str:
-    """Returns the table cell of an option's default. It is empty for the default None, which the
-    option's meaning explains."""
+    """Returns the cell of an option's default; empty for None, which the meaning explains."""
     if option.default is None:
         return ""
     return code("no" if option.default is False else "yes" if option.default is True

@@ -13,7 +13,6 @@ from .method_pages import default_of
 
 
 def options_text() -> str:
-    """Returns the options of the tracer, of the methods and of pictures."""
     of_methods = {name: kinds for name, kinds in all_options().items()
                   if not any("the tracer" in owners for owners in kinds.values())}
     return ("## Options of every method\n\n" + table(
@@ -31,8 +30,8 @@ def _owned(options: Variants, owner: str) -> str:
 
 
 def _limits(option: Option) -> str:
-    """Returns the bounds of an option's number, the schedules and options that the option needs or
-    excludes, and its values that may lose hits."""
+    """Returns an option's bounds, the schedules and options that it needs or excludes, and its
+    values that may lose hits."""
     found = []
     if option.minimum is not None:
         found.append(f"at least {option.minimum:g}")

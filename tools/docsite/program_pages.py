@@ -11,7 +11,6 @@ _HEAD = re.compile(r"(?:#version [^\n]*\n)?((?://[^\n]*\n)+)")
 
 
 def programs_text() -> str:
-    """Returns a table of files for each folder of glsl/."""
     folders: dict[str, list[tuple[str, str]]] = {}
     for path in sorted(_GLSL.rglob("*")):
         head = _HEAD.match(path.read_text(encoding="utf-8")) if path.suffix in (

@@ -15,7 +15,6 @@ _PACKAGE = Path(gpgpu_rt.__file__).parent
 
 
 def records_text() -> str:
-    """Returns a section for each module that declares records."""
     seen: set[int] = set()
     sections = []
     for path, records in _modules():
@@ -30,10 +29,10 @@ def records_text() -> str:
 
 
 def _modules() -> Iterator[tuple[str, dict[str, Record]]]:
-    """Yields each module that declares records, and its records by their names in Python."""
+    """Yields each module that declares records, and the records by name."""
     paths = [path for path in _PACKAGE.rglob("*.py")
              if path.name in ("records.py", "triangle_table.py")]
-    # A family's records may be variants of shared records, which therefore come first.
+    # Shared records come first, because a family's records may be their variants.
     for path in sorted(paths, key=lambda path: ("methods" in path.parts, path)):
         parts = path.relative_to(_PACKAGE).with_suffix("").parts
         module = importlib.import_module(".".join(("gpgpu_rt", *parts)))
@@ -42,7 +41,6 @@ def _modules() -> Iterator[tuple[str, dict[str, Record]]]:
 
 
 def _texels(record: Record) -> str:
-    """Returns a table with a row for each texel and a column for each channel."""
     rows = [[str(texel), "", "", "", ""] for texel in range(record.texels)]
     for field in record.fields:
         for k in range(field.width):

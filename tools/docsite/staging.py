@@ -16,8 +16,8 @@ _ITEM = re.compile(r"^[-*] \[[^\]]*\]\(([^)#]+)\.md\)", re.M)
 def stage(folder: Path) -> None:
     """Copies all pages and pictures of docs/, README and CONTRIBUTING to a new folder.
 
-    README and docs/index.md become the site's first page. A comment ``<!-- generated: NAME -->``
-    is replaced by the generated text NAME.
+    README and docs/index.md become the site's first page. The generated text NAME replaces a
+    comment ``<!-- generated: NAME -->``.
     """
     def keep(target: Path) -> str:
         place = folder / "files" / target.relative_to(ROOT)
@@ -46,7 +46,7 @@ def stage(folder: Path) -> None:
 
 
 def _chapters(page: Path) -> str:
-    """Returns the list of pages of a folder, if the page is the folder's first page."""
+    """Returns the list of a folder's pages, if the page is the folder's first."""
     if page.parent == DOCS or page.name not in ("index.md", "README.md"):
         return ""
     names = sorted((one.stem for one in page.parent.glob("*.md") if one != page), key=_in_order)
@@ -56,14 +56,13 @@ def _chapters(page: Path) -> str:
 
 
 def _in_order(name: str) -> tuple[int, str]:
-    """Returns a sort key that puts 2-boxes before 10-films."""
+    """Returns a sort key: 2-boxes before 10-films."""
     number = re.match(r"\d+", name)
     return int(number[0]) if number else 0, name
 
 
 def _sidebar(index: Path) -> str:
-    """Returns a list of pages for each heading of docs/index.md, and for each folder of chapters
-    that exists."""
+    """Returns lists of the pages of docs/index.md's headings and of the chapters."""
     found = "".join(_toctree(title.capitalize(), [f"{title}/index"]) for title in CHAPTERS
                     if (DOCS / title / "index.md").exists())
     for section in index.read_text(encoding="utf-8").split("\n## ")[1:]:

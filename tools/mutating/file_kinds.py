@@ -1,5 +1,4 @@
-"""File kinds: valid examples of the files that the program reads, and the functions that read
-them."""
+"""File kinds: valid examples of the files that the program reads, and functions that read them."""
 from __future__ import annotations
 
 import contextlib
@@ -35,13 +34,12 @@ RENDERED = 20       # one of 20 loaded scenes is also drawn
 
 
 def write_case(kind: str, seed: int, folder: Path) -> None:
-    """Write the files of a case into an empty folder."""
     rng = np.random.default_rng([seed, sorted(KINDS).index(kind)])
     KINDS[kind][0](folder, rng)
 
 
 def read_case(kind: str, seed: int, folder: Path) -> None:
-    """Read the files of a case as a command would; raise rt.Error if they cannot be read."""
+    """Read the files of a case; raise rt.Error if they cannot be read."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         KINDS[kind][1](folder, seed)
@@ -49,7 +47,6 @@ def read_case(kind: str, seed: int, folder: Path) -> None:
 
 @functools.cache
 def ball() -> trimesh.Trimesh:
-    """Return a small mesh."""
     return trimesh.creation.icosphere(subdivisions=1)
 
 
@@ -100,7 +97,6 @@ CAMERA = {"eye": [0, 1, 5], "target": [0, 0, 0], "up": [0, 1, 0], "fov_degrees":
 
 @functools.cache
 def picture(kind: str) -> bytes:
-    """Return the content of an image file."""
     made = io.BytesIO()
     Image.fromarray(np.arange(8 * 8 * 3, dtype=np.uint8).reshape(8, 8, 3)).save(made, kind)
     return made.getvalue()
@@ -108,7 +104,6 @@ def picture(kind: str) -> bytes:
 
 @functools.cache
 def meshes() -> dict[str, bytes]:
-    """Return the contents of mesh files by name."""
     found = {"m.obj": OBJ, "m.aff": AFF}
     for name, kind, more in (("a.ply", "ply", {"encoding": "ascii"}), ("b.ply", "ply", {}),
                              ("a.stl", "stl_ascii", {}), ("b.stl", "stl", {}),
@@ -169,7 +164,7 @@ def _load_scene(folder: Path, seed: int) -> None:
 
 
 def _archive(arrays: dict[str, np.ndarray], rng: Rng) -> bytes:
-    """Return an .npz file of arrays, mutated as bytes or as arrays."""
+    """Return an .npz file, mutated as bytes or as arrays."""
     as_bytes = rng.random() < 0.5
     made = io.BytesIO()
     save: Callable[..., None] = np.savez if rng.random() < 0.5 else np.savez_compressed
@@ -185,7 +180,6 @@ def _rays(folder: Path, rng: Rng) -> None:
 
 @functools.cache
 def cornell() -> rt.Tracer:
-    """Return a tracer that many cases share."""
     return rt.Tracer("cornell", "bvh-threaded")
 
 
@@ -199,7 +193,6 @@ def _trace(folder: Path, seed: int) -> None:
 
 @functools.cache
 def tuned() -> bytes:
-    """Return the content of a settings file."""
     scene = rt.load_scene("cornell")
     entry = {"method": "bvh-packet", "options": {"packet": [4, 2], "octants": True},
              "promise": {"max_wrong": 1e-5, "max_t_error": 1e-5}, "measured": {"rate": 1.5}}
@@ -250,7 +243,6 @@ STRUCTURES = {build_bvh: "bvh-threaded", build_kdtree: "kd-restart",
 
 @functools.cache
 def built(build: Any) -> dict[str, np.ndarray]:
-    """Return the arrays of a structure over the small mesh."""
     triangles = np.ascontiguousarray(ball().triangles, np.float32)
     return {name: np.asarray(value) for name, value in vars(build(triangles)).items()}
 
@@ -266,7 +258,7 @@ def _cache(folder: Path, rng: Rng) -> None:
 
 
 def _use_cache(folder: Path, seed: int) -> None:
-    """Replace the tracer's own cache file by the mutated file, and trace."""
+    """Trace with a mutated cache file."""
     path = next(folder.glob("*.npz"))
     method = next(name for build, name in STRUCTURES.items() if build.__name__ == path.stem)
     kept = folder / "cache"
@@ -282,14 +274,12 @@ def _use_cache(folder: Path, seed: int) -> None:
 
 @functools.cache
 def ball_scene() -> rt.Scene:
-    """Return the small mesh as a scene."""
     corners = ball().triangles.reshape(-1, 3)
     return rt.Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
 
 
 @functools.cache
 def cache_names(method: str) -> tuple[str, ...]:
-    """Return the names of the cache files that a method looks for."""
     with cache.cache_files() as files, rt.Tracer(ball_scene(), method):
         return tuple(path.name for path in files)
 

@@ -31,8 +31,8 @@ def mutated(content: bytes, rng: Rng) -> bytes:
 
 
 def mutated_json(content: bytes, rng: Rng) -> bytes:
-    """Return JSON with one to three changed values, keys or items. In a quarter of the cases
-    change bytes of the text instead."""
+    """Return JSON with one to three changed values, keys or items, or in a quarter of the cases,
+    bytes."""
     if rng.random() < 0.25:
         return mutated(content, rng)
     value = json.loads(content)
@@ -118,7 +118,6 @@ _CHANGES: Sequence[Callable[[bytes, Rng], bytes]] = (
 
 
 def _changed(value: Any, rng: Rng) -> Any:
-    """Return the value with a change at a random place inside it."""
     if isinstance(value, dict) and value and rng.random() < 0.85:
         name = sorted(value)[int(rng.integers(len(value)))]
         chance = rng.random()

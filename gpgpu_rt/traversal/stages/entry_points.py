@@ -1,10 +1,9 @@
 """Entry points: passes at low resolution find the nodes where each tile's rays enter the tree.
 
-The method follows Reshetov et al. 2005. An entry is a node at which rays begin. The first passes
-bound the rays of each tile by a beam. They go from small tiles to large tiles. The next passes
-find a list of entries for each tile. They go from large tiles to small tiles: the beam of a small
-tile refines the list of the large tile around it. Any driver can then trace the rays, which begin
-at the entries of their small tile.
+The method follows Reshetov et al. 2005. An entry is a node at which rays begin. From small to
+large tiles, the first passes bound the rays of each tile by a beam. From large to small tiles, the
+next passes find each tile's list of entries: the tile's beam refines the list of the larger tile
+around it. Any driver can then trace rays from the entries of their smallest tile.
 """
 from __future__ import annotations
 
@@ -38,12 +37,11 @@ class EntryPoints(MethodDriver):
         self._levels: list[EntryTiles] = []
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved."""
         super().follow(samplers, accelerator, step_cap)
         self._hand_on()
 
     def _hand_on(self) -> None:
-        """Give the inner driver the tables, and the entry lists that its rays read."""
+        """Give the inner driver the tables and the entry lists."""
         if self._levels:
             smallest = self._levels[0]
             self.driver.follow(
@@ -54,7 +52,6 @@ class EntryPoints(MethodDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Trace every ray. Return the hits and the number of rays that were stopped early."""
         began = time.perf_counter()
         self.gpu.context.enable_only(moderngl.NOTHING)
         self._levels_for(rays.size)
@@ -75,8 +72,8 @@ class EntryPoints(MethodDriver):
         return self.driver.run(rays, buffers, statistics, any_hit)
 
     def _count(self, rays: RayTextures, statistics: Statistics) -> None:
-        """Record how many nodes the beams visited, divided by the number of rays, and the mean
-        number of entries of a tile."""
+        """Record the nodes that beams visited per ray, and the mean number of entries of a
+        tile."""
         levels = [level.entries.fields() for level in self._levels]
         visited = sum(float(level["visited"].sum()) for level in levels)
         statistics.add(entry_nodes_visited=visited / math.prod(rays.size))
@@ -86,11 +83,8 @@ class EntryPoints(MethodDriver):
 
     def _draw(self, name: str, target: Target, other: RayTextures | EntryTiles | None,
               samplers: Samplers, statistics: Statistics, **uniforms: object) -> None:
-        """Draw a pass into ``target``.
-
-        ``other`` is a further input of the pass: the rays, or the larger tiles whose lists the
-        pass refines, or None.
-        """
+        """Draw a pass into ``target``. ``other`` is a further input: the rays, or the larger tiles
+        whose lists the pass refines."""
         program = self._program(name, other)
         if isinstance(other, RayTextures):
             uniforms |= {"ray_texture_size": other.size, **other.uniforms()}
@@ -137,8 +131,8 @@ class EntryPoints(MethodDriver):
 class EntryTiles:
     """The tiles of one size: their beams, their entries, and the entries as lists for rays.
 
-    A pass writes the entries into several textures. Rays read lists from a single texture, into
-    which another pass copies the entries.
+    A pass writes entries into several textures; another copies them into the single texture that
+    rays read.
     """
 
     def __init__(self, owner: EntryPoints, size: tuple[int, int]) -> None:
@@ -148,7 +142,6 @@ class EntryTiles:
         self.lists = Target(owner.gpu, ENTRY_LIST, (size[0] * (ENTRIES // 4), size[1]))
 
     def bytes(self) -> int:
-        """Return the bytes of beams, entries and lists."""
         return sum(image.bytes() for image in (self.beams, self.entries, self.lists))
 
     def release(self) -> None:

@@ -1,5 +1,4 @@
-"""Eye drivers: drivers for eye rays, in which the rasteriser computes bounds on hit distances, or
-finds hits."""
+"""Eye drivers: in drivers of eye rays, the rasteriser bounds hit distances or finds hits."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -17,10 +16,8 @@ from .rasterised_bounds import RasterisedBounds, check_bounds
 
 
 class EyeDrivers:
-    """The drivers that wrap a method's own driver: rasterised first hits, and rasterised bounds.
-
-    Each of the two drivers is made when a picture first needs it.
-    """
+    """The drivers that wrap a method's own driver, made on demand: rasterised first hits, and
+    rasterised bounds."""
 
     def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
         check_bounds(options)
@@ -63,7 +60,7 @@ class EyeDrivers:
         return self._first_hits
 
     def take(self, triangles: np.ndarray, driver: Driver) -> None:
-        """Use triangles that moved, and the method's driver that traces these triangles."""
+        """Use moved triangles, and the method's driver of these triangles."""
         self._lost = False
         for helper in (self._bounds, self._first_hits):
             if helper is not None:
@@ -71,14 +68,12 @@ class EyeDrivers:
                 driver = helper
 
     def lose_triangles(self) -> None:
-        """Record that triangles moved to positions that the host does not know. The next call of
-        ``take`` supplies their positions again."""
+        """Record that the host does not know the positions of moved triangles. ``take`` supplies
+        them."""
         self._lost = True
 
     def bytes(self) -> int:
-        """Return the bytes of the drivers' textures."""
         return bytes_of(self._bounds, self._first_hits)
 
     def release(self) -> None:
-        """Free textures and programs."""
         release(self._bounds, self._first_hits)

@@ -1,27 +1,25 @@
 """First hits: the rasteriser finds the hits of eye rays. With "rasterised", they equal traced hits
 to the bit.
 
-The survey (section 5) calls tracing eye rays equivalent to rasterisation. They are not quite
-equivalent, because rasterisers snap corners to a grid and interpolate depth. Some pixels therefore
-show a triangle that their ray misses, or do not show a triangle that their ray hits. These are the
-steps:
+The survey (section 5) calls tracing eye rays equivalent to rasterisation. But rasterisers snap
+corners to a grid and interpolate depth, so some pixels show a triangle that their ray misses, or
+do not show a triangle that their ray hits. The steps:
 
 1. ``first_sieve`` removes triangles that no ray of the image can hit.
 2. ``first_drawn`` rasterises the remaining triangles. The depth test keeps one triangle in each
    pixel: the pixel's candidate.
 3. In ``first_verified``, each ray tests its candidate by the triangle test that all methods use.
-4. ``first_rivals`` looks for rivals. A rival is a triangle that a ray hits before the pixel's
-   candidate. For each triangle, the program visits the pixels whose rays can hit the triangle. It
-   skips pixels that show the triangle, and pixels that show a candidate certainly in front of it.
-   In the remaining pixels, the triangle test decides. If a triangle covers many pixels, the search
-   visits parts of the image one by one. ``first_packed`` and ``first_blocks`` prepare the search.
-   ``first_doubt`` then marks the pixels in which a rival was found.
-5. A ray is in doubt if the ray misses its candidate, or if its pixel has a rival. The rays in
-   doubt are gathered, the tracer's method traces them, and their hits are scattered back.
+4. ``first_rivals`` looks for rivals: triangles that a ray hits before the pixel's candidate. For
+   each triangle, the program tests the pixels whose rays can hit the triangle, except pixels that
+   show the triangle or a candidate certainly in front of it. A triangle that covers many pixels is
+   searched in parts of the image. ``first_packed`` and ``first_blocks`` prepare the search.
+   ``first_doubt`` marks the pixels with a rival.
+5. A ray is in doubt if it misses its candidate, or if its pixel has a rival. The rays in doubt are
+   gathered and traced by the tracer's method, and their hits are scattered back.
 
-In these steps, every result of the rasteriser is checked before use, so hits do not depend on the
-rasteriser's rounding. ``glsl/stages/cover.glsl`` bounds the rays that can hit a triangle. With
-"verified", step 4 is left out, so a hit need not be the nearest.
+Every result of the rasteriser is checked before use, so hits do not depend on its rounding.
+``glsl/stages/cover.glsl`` bounds the rays that can hit a triangle. With "verified", step 4 is left
+out, so a hit need not be the nearest.
 """
 from __future__ import annotations
 
@@ -52,24 +50,24 @@ from .first_image import BLOCK, PART_SIDE, FirstImage, cut
 from .records import PART, SHOWN, SHOWN_BLOCK, SHOWN_FOUR, VERDICT
 
 FIRST_HITS = ("traced", "rasterised", "verified")
-# A triangle that comes very near to the eye has no bound in pixels. Very near means: nearer than
-# this share of the distance to the scene's farthest corner.
+# A triangle nearer to the eye than this share of the distance to the scene's farthest corner has
+# no bound in pixels.
 NEAREST = 1e-3
 MOST_PIXELS = 24     # split the search into parts if a triangle's extent in pixels is larger
 MOST_IN_DOUBT = 0.5  # if a larger share of the rays is in doubt, all rays are traced
 TRACED_ROW = 64      # length of a row of rays in doubt; rows keep neighbours together for packets
 BEFORE, MANY = 1, 2   # as in stages/verdict.glsl
-# The rasteriser is used only if three lengths are in this range: the distance from
-# the eye to the scene's farthest corner, and the lengths of the camera's vectors right and up.
-# Outside the range, products in the triangle test or in the bounds could overflow or underflow.
+# Use the rasteriser only if the distance from the eye to the scene's farthest corner, and the
+# lengths of the camera's right and up, are in this range: outside, the triangle test or the bounds
+# could overflow or underflow.
 SCALES = 1e-6, 1e10
 
 
 def check_first_hits(first_hits: str, options: Mapping[str, Any]) -> bool:
     """Return whether the rasteriser is needed for a value of the option ``first_hits``.
 
-    With "rasterised", each hit is proved to be the first hit of its ray. With "verified", each hit
-    is a hit of its ray, but perhaps not the first.
+    With "rasterised", each hit is proved to be the first hit of its ray; with "verified", only to
+    be a hit.
 
     Raises
     ------
@@ -128,7 +126,6 @@ class FirstHits(DriverBase):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Return the hits of the rays, and the number of traced rays that were stopped."""
         if any_hit or rays.seen_from is None:
             return self.driver.run(rays, buffers, statistics, any_hit)
         view = self._view(rays.seen_from, rays.size)
@@ -174,7 +171,6 @@ class FirstHits(DriverBase):
 
     def _all(self, rays: RayTextures, buffers: StateBuffers,
              statistics: Statistics) -> tuple[Target | PacketHits, int]:
-        """Trace every ray."""
         self._count(statistics, rays, rays.size[0] * rays.size[1], 0, 0)
         return self.driver.run(rays, buffers, statistics)
 
@@ -187,7 +183,7 @@ class FirstHits(DriverBase):
     # The passes -----------------------------------------------------------------------------
 
     def _sieve(self, view: dict[str, object]) -> np.ndarray:
-        """Return the rows of the triangles that a ray of the image may hit."""
+        """Return the rows of the triangles that rays of the image may hit."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         program = self._full_screen("first_sieve")
         program.set(**view, last_element=self.count - 1)
@@ -220,11 +216,8 @@ class FirstHits(DriverBase):
 
     def _rivals(self, image: FirstImage, rays: RayTextures, final: Target, drawn: np.ndarray,
                 view: dict[str, object]) -> list[np.ndarray]:
-        """Return the rivals: the triangles that come before a candidate.
-
-        The result is two (k, 3) PART arrays: the rivals that a search of the whole image found,
-        and the rivals that searches of parts of the image found.
-        """
+        """Return the rivals, the triangles that come before a candidate, as two (k, 3) PART
+        arrays: from a search of the whole image, and from searches of parts."""
         side = max(rays.size)
         whole = np.pad(drawn[:, None], ((0, 0), (0, 2)))
         verdict = self._judge(image, rays, final, whole, side, MOST_PIXELS, view)
@@ -294,7 +287,7 @@ class FirstHits(DriverBase):
         return stopped
 
     def _clear_counts(self, final: Target) -> None:
-        """Write zeros into all records but HIT: no steps, and the phase DONE, for all rays."""
+        """Write zeros into all records but HIT (no steps, phase DONE)."""
         for name, record in final.records.items():
             if name != HIT.name:
                 nothing = {field.name: np.zeros((final.length, field.width), np.float32)
@@ -330,17 +323,14 @@ class FirstHits(DriverBase):
                          lambda image: image.final is final)
 
     def _part_streams(self, count: int) -> tuple[Stream, Stream]:
-        """Return streams for a list of parts and for their verdicts."""
         length = max(self.count, 2 * count)
         return self.keep("parts", lambda: (Stream(self.gpu, PART, length),
                                            Stream(self.gpu, VERDICT, length)),
                          lambda part: part[0].length >= count)
 
     def _textures_in_doubt(self, count: int) -> tuple[RayTextures, StateBuffers, moderngl.Texture]:
-        """Return textures for ``count`` rays in doubt.
-
-        New textures hold twice ``count`` rays, so they are seldom remade.
-        """
+        """Return textures for ``count`` rays in doubt, twice as large as needed so that they are
+        seldom remade."""
         size = (TRACED_ROW, 2 * -(-count // TRACED_ROW))
         return self.keep("in doubt", lambda: (
             RayTextures(self.gpu, size, self.precision),
@@ -349,6 +339,5 @@ class FirstHits(DriverBase):
             lambda part: part[0].size[1] * TRACED_ROW >= count)
 
     def release(self) -> None:
-        """Free textures and programs."""
         super().release()
         self._tables = {}

@@ -12,12 +12,10 @@ from ...rays.textures import StateBuffers
 from .records import SHOWN, SHOWN_BLOCK, SHOWN_FOUR
 
 # Side of a square in pixels. A triangle is a rival if a ray may hit it before the triangle that
-# the ray's pixel shows. For each triangle, a search decides whether the triangle is a rival in the
-# image, or in a part of the image. The search skips a square in which the triangle is hidden, and
-# a square that shows only this triangle.
+# the ray's pixel shows. The search for rivals skips a square in which a triangle is hidden, and a
+# square that shows only this triangle.
 BLOCK = 8
-# Side in pixels of a part of the image; the search for rivals treats a large triangle part by
-# part.
+# Side in pixels of the parts of the image in which the search treats a large triangle.
 PART_SIDE = 32
 
 
@@ -26,13 +24,13 @@ class FirstImage:
 
     Attributes
     ----------
-    drawn : target of the candidates, which the depth test chooses
-    shown : target of each pixel's depth and triangle
+    drawn : the candidates, which the depth test chooses
+    shown : each pixel's depth and triangle
     fours : the data of ``shown``, where each texel holds four pixels of a row
     blocks : the depths and triangles of squares whose side is BLOCK pixels
-    verified : target of the hits, and the flags of rays in doubt
-    proved : target of the hits, the flags of rays in doubt, and each pixel's depth and triangle
-    doubted : target with only the flags of rays in doubt
+    verified : the hits, and the flags of rays in doubt
+    proved : the hits, the flags of rays in doubt, and each pixel's depth and triangle
+    doubted : only the flags of rays in doubt
     """
 
     def __init__(self, gpu: Gpu, buffers: StateBuffers, final: Target) -> None:
@@ -45,19 +43,17 @@ class FirstImage:
         self.fours = Target(gpu, SHOWN_FOUR, (-(-width // 4), height))
         self.blocks = Target(gpu, SHOWN_BLOCK, (-(-width // BLOCK), -(-height // BLOCK)))
         hits, doubt = {HIT.name: final.streams[HIT.name]}, {"doubt": [self.doubt]}
-        # Share the states' depth buffer. This is safe, because schedules clear the buffer before
-        # they mask rays.
+        # Sharing the states' depth buffer is safe: schedules clear it before they mask rays.
         self.drawn = gpu.context.framebuffer([self.candidates], buffers.depth)
         self.verified = Target(gpu, (), size, borrowed={**hits, **doubt})
         self.proved = Target(gpu, (), size, borrowed={**hits, **self.shown.streams, **doubt})
         self.doubted = Target(gpu, (), size, borrowed=doubt)
 
     def samplers(self) -> dict[str, moderngl.Texture]:
-        """Return sampler name -> texture of pixels, fours and blocks."""
         return {**self.shown.samplers(), **self.fours.samplers(), **self.blocks.samplers()}
 
     def bytes(self) -> int:
-        """Return the bytes of the textures, without the hits."""
+        """Return the bytes of the textures except the hits."""
         return (texture_bytes([self.candidates, self._depths]) + self.fours.bytes()
                 + self.blocks.bytes() + self.doubt.width * self.doubt.height)
 
@@ -67,11 +63,11 @@ class FirstImage:
 
 
 def cut(rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """Return (k, 3) fields of the record PART: the row of a triangle, and the first pixel (x, y)
-    of a part. There is one entry for each triangle of ``rows`` and each part of its rectangle.
+    """Return (k, 3) fields of the record PART, the row of a triangle and the first pixel (x, y) of
+    a part, for each triangle of ``rows`` and each part of its rectangle.
 
-    A triangle's rectangle of parts goes from the part ``first`` to the part ``last``. The part in
-    column x and row y has the number x + 1024 y.
+    A rectangle goes from the part ``first`` to the part ``last``. The part in column x and row y
+    has the number x + 1024 y.
     """
     across = last % 1024 - first % 1024 + 1
     owner = np.repeat(np.arange(len(rows)), across * (last // 1024 - first // 1024 + 1))

@@ -1,9 +1,8 @@
 """Entry points of packets: a pass at low resolution finds where packets enter the tree.
 
-The method follows Reshetov et al. 2005. A beam bounds the rays of a tile. If the bounds of all
-rays of the tile are known, the beam bounds all rays. Otherwise it bounds only a sample of the
-rays. Each packet whose rays lie within the beam begins at the beam's entry; see
-stages/packet_entries.frag.
+The method follows Reshetov et al. 2005. A beam bounds all rays of a tile if their bounds are
+known, and otherwise a sample of the rays. Each packet whose rays lie within the beam begins at the
+beam's entry; see stages/packet_entries.frag.
 """
 from __future__ import annotations
 
@@ -33,19 +32,17 @@ class PacketEntries(MethodDriver):
         self.tile: int = setup.options["entry_points"]
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved."""
         super().follow(samplers, accelerator, step_cap)
         self._hand_on()
 
     def _hand_on(self) -> None:
-        """Give the inner driver the tables, and the entries that its packets read."""
+        """Give the inner driver the tables and the entries."""
         entries = self.kept.get("entries")
         self.driver.follow({**self.samplers, **(entries.samplers() if entries else {})},
                            self.accelerator, self.step_cap)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Trace every ray. Return the hits and the number of rays that were stopped early."""
         began = time.perf_counter()
         self.gpu.context.enable_only(moderngl.NOTHING)
         entries = self._entries_for(rays.size)
@@ -58,7 +55,7 @@ class PacketEntries(MethodDriver):
         statistics.draw_calls += 1
         if self.statistics_on:
             visited = float(entries.fields()["visited"].sum())
-            # Divide by the number of packets, because all other counters are per packet.
+            # Divide by the number of packets: other counters are per packet.
             packet = math.prod(self.options["packet"])
             statistics.add(entry_nodes_visited=visited * packet / math.prod(rays.size),
                            entry_seconds=time.perf_counter() - began)
@@ -87,7 +84,7 @@ class PacketEntries(MethodDriver):
         return entries
 
     def _tile_bounds(self, rays: RayTextures) -> Target:
-        """Upload the bounds of the directions of each tile's rays."""
+        """Upload the bounds of the directions of each tile."""
         assert rays.tiles is not None
         tiles = rays.tiles.of_side(self.tile)
         bounds = self.keep("bounds", lambda: Target(self.gpu, TILE_BOUNDS, tiles.size),

@@ -1,8 +1,8 @@
 """Rasterised bounds: a coarse rasterisation bounds the interval of each eye ray's hit.
 
 The survey proposes such bounds in section 5. Triangles are drawn over tiles of the image. For each
-tile, MIN blending keeps the depths between which the tile's rays can hit something. The rays are
-then traced only between these depths.
+tile, MIN blending keeps the depths between which the tile's rays can hit something. Rays are
+traced only between these depths.
 """
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def check_bounds(options: Mapping[str, Any]) -> None:
 class RasterisedBounds(DriverBase):
     """A driver that bounds the rays through the pixels of a camera.
 
-    A second driver traces these rays, and all rays that are not from a camera. The option
-    ``rasterised_bounds`` is the side of a tile in pixels.
+    A second driver traces all rays. The option ``rasterised_bounds`` is the side of a tile in
+    pixels.
     """
 
     def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
@@ -58,7 +58,7 @@ class RasterisedBounds(DriverBase):
         self.tile = options["rasterised_bounds"]
 
     def take(self, triangles: np.ndarray, driver: Driver) -> None:
-        """From now on, bound rays by these (n, 3, 3) triangles and trace rays by this driver."""
+        """From now on, bound rays by these (n, 3, 3) triangles and trace by this driver."""
         self.driver, self.count = driver, len(triangles)
         self.kept["tables"] = table_textures(
             self.gpu, TRIANGLE, triangle_table(triangles)[TRIANGLE.name],
@@ -66,13 +66,11 @@ class RasterisedBounds(DriverBase):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
-        """Trace every ray; see ``Driver``."""
         if not any_hit and rays.seen_from is not None:
             rays = self._bounded(rays, rays.seen_from, statistics)
         return self.driver.run(rays, buffers, statistics, any_hit)
 
     def _bounded(self, rays: RayTextures, camera: Camera, statistics: Statistics) -> RayTextures:
-        """Return the rays of a camera's image, with intervals cut to the bounds of their tiles."""
         bounded, depths = self._targets_for(rays.size)
         self._rasterise(depths, rays.size, camera)
 
@@ -111,7 +109,6 @@ class RasterisedBounds(DriverBase):
             context.blend_equation = moderngl.FUNC_ADD
 
     def _targets_for(self, size: tuple[int, int]) -> tuple[RayTextures, Target]:
-        """Return textures for the bounded rays of an image, and for the bounds of its tiles."""
         tiles = (-(-size[0] // self.tile), -(-size[1] // self.tile))
         return self.keep("targets", lambda: (RayTextures(self.gpu, size, self.precision),
                                              Target(self.gpu, DEPTH_BOUNDS, tiles)),

@@ -1,9 +1,9 @@
-"""Sorting rays before a traversal. Any driver runs on the sorted rays.
+"""Sorts rays before a traversal by any driver.
 
-The survey proposes sorting (section 4.3) without measuring it. A ray's key consists of two cells:
-where the ray begins, and where it leaves the scene. ``gl/algorithms/sort.py`` sorts the keys. The
-sorted rays fill squares of 8x8 texels, so packets and tiles hold coherent rays. After the
-traversal, each hit is written back to the place of its ray.
+The survey proposes sorting (section 4.3) without measuring it. A ray's key consists of the cells
+where the ray begins and where it leaves the scene (see ``gl/algorithms/sort.py``). The sorted rays
+fill squares of 8x8 texels, so packets and tiles hold coherent rays. Hits are then written back to
+the places of their rays.
 """
 from __future__ import annotations
 
@@ -27,9 +27,8 @@ from ...statistics import Statistics
 from ..accelerator import Accelerator
 from ..driver import MethodDriver, Samplers
 
-# LEVELS: bits per axis of a key's cells. The key interleaves the bits of both cells, coarse levels
-# first. FREE_LEVELS: number of levels of the origin's cell that precede the first level of the
-# cell where the ray leaves the scene.
+# LEVELS: bits per axis of a key's two cells, whose bits are interleaved, coarse levels first.
+# FREE_LEVELS: levels of the origin's cell that precede the first level of the other cell.
 KEY = {"LEVELS": 8, "FREE_LEVELS": 2}
 
 
@@ -37,13 +36,11 @@ class SortedRays(MethodDriver):
     """Runs another driver on rays in the order of their keys."""
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved, also in the driver that this stage owns."""
         super().follow(samplers, accelerator, step_cap)
         self.driver.follow(samplers, accelerator, step_cap)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray. Return the hits and the number of rays that were stopped early."""
         began = time.perf_counter()
         with StreamRoom(self.gpu) as room:
             keys = self._sorted_keys(room, rays)
@@ -61,10 +58,8 @@ class SortedRays(MethodDriver):
         return final, stopped
 
     def order(self, rays: RayTextures) -> np.ndarray:
-        """Return the indices of the rays in sorted order, (n,) int32.
-
-        Each 64 consecutive rays fill a square of texels.
-        """
+        """Return the indices of the rays in sorted order, (n,) int32. Each 64 consecutive rays
+        fill a square of texels."""
         with self.gpu, StreamRoom(self.gpu) as room:
             return self._sorted_keys(room, rays).read()["index"]
 
@@ -83,7 +78,6 @@ class SortedRays(MethodDriver):
 
     def _draw(self, name: str, target: Stream, rays: RayTextures, defines: dict[str, object],
               reads: list[Stream] | None = None) -> None:
-        """Draw a pass over a stream with an element per ray."""
         reads = reads or []
         program = self._compiled(name, rays.record, [read.record for read in reads],
                                  target.record, defines)
@@ -125,7 +119,6 @@ class SortedRays(MethodDriver):
             {"streams": "\n".join([*texts, writes.stream_glsl(True)])}))
 
     def _sorted_rays(self, rays: RayTextures) -> tuple[RayTextures, StateBuffers]:
-        """Return textures for the sorted rays, and for their states."""
         across, down = squares(rays.size[0] * rays.size[1])
         size = (SQUARE * across, SQUARE * down)
         found, buffers = self.keep("sorted", lambda: (rays.like(size), StateBuffers(
