@@ -1,8 +1,8 @@
 """Ideal hardware: a cost model of hardware for rays (survey, sections 4.4 and 5).
 
-It computes the time of counted work on a graphics card, alone and with triangle or traversal
-units, on the prototypes RPU and SaarCOR with traversal units, and on the Cell with explicit
-transfers.
+It computes how long the counted steps and tests of rays take on three kinds of machines: a
+graphics card, alone or with triangle or traversal units; the prototypes RPU and SaarCOR, which
+have traversal units; and the Cell, which has explicit transfers.
 """
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from ..framework.results import finished, read
 from .gap_work import COMPILED, DONE, SIDE
 
 SCENES = ("kitchen", "conference")
-# kd-texture-stack stands for kd-stack, whose walk it shares: the compilers of the papers' cards,
-# which give the costs, cannot compile kernels of kd-stack (docs/era.md).
+# kd-texture-stack stands for kd-stack and visits the same nodes. The costs come from the compilers
+# of the papers' cards. These compilers cannot compile kernels of kd-stack (docs/era.md).
 METHODS = ("kd-restart", "kd-texture-stack", "bvh-threaded")
 CARD, TREE = "G80", "kd-texture-stack"     # TREE: the method of the prototypes, which have a stack
 BVH = "bvh-threaded"     # Benthin et al. used a BVH on the Cell; here its traversal has no stack
@@ -98,7 +98,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     results = [result for _, result in finished(cells(full), data)]
     heading = results[0]
     note = (f"An image has {size(full)}x{size(full)} eye rays, of which sample squares of "
-            f"{SIDE}x{SIDE} are traced. Every time is the time that a machine needs at its peak "
+            f"{SIDE}x{SIDE} are traced. All times are those that a machine needs at its peak "
             "rates for the kernels that the rays run. The set-up of rays is left out, and nothing "
             "is fitted. The total is the longest of the times of shaders, traversal steps, "
             "triangle tests and memory, plus the waiting. "
@@ -112,9 +112,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "ideal_hardware.md", "# Hardware for rays\n\n"
                + _paragraph(found, data, full)
                + "\n\n" + note + f"\n\n{TREE} visits the same nodes as kd-stack. A push or a pop "
-               "is part of the step before it and accesses the stack on the chip. The shaders' "
-               "instructions are counted in the kernels as Mesa's compiler for a card compiled "
-               "them. " + COMPILED
+               "is part of the step before it and accesses the stack on the chip. A shader's "
+               "instructions are counted in the output of Mesa's compiler for a card. " + COMPILED
                + " For a machine without a compiler, the compiler that is named below was "
                "used.\n\n"
                + markdown_table(HEADS, [
@@ -137,9 +136,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure.legend(handles=legend_of(series), frameon=False, fontsize=8, ncols=7,
                   loc="outside upper left")
     figure.get_layout_engine().set(rect=(0, 0.05, 1, 0.95))
-    save_chart(figure, out / "ideal_hardware.png", note, "Dots show the nanoseconds that the "
-               "counted work for a ray takes on each machine at its peak rates, by part, the "
-               "total, and the published time")
+    save_chart(figure, out / "ideal_hardware.png", note, "Dots show nanoseconds per ray "
+               "on each machine: for each part of the counted work at the machine's peak rates, "
+               "in total, and as published")
 
 
 def _spelled(figure: dict[str, Any]) -> str:
@@ -183,10 +182,10 @@ def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:
         "The survey would hardwire the triangle test first, and then traversal with a "
         "programmable criterion, and leave shading to the shaders. The survey calls the RPU "
         f"{low:g} to {high:g} times as fast as graphics hardware. A ray of {scene} takes "
-        f"{number(steps)} steps and {number(tests)} tests ({TREE}). With triangle units tracing "
-        f"is {gain(f'{CARD} and triangle units')} times as fast as with shaders alone, with "
-        f"traversal units {gain(f'{CARD} and traversal units')} times, and with both kinds of "
-        "units "
+        f"{number(steps)} steps and {number(tests)} tests ({TREE}). With triangle units, "
+        f"tracing is {gain(f'{CARD} and triangle units')} times as fast as with shaders alone. "
+        f"With traversal units, it is {gain(f'{CARD} and traversal units')} times as fast; with "
+        "both kinds of units, "
         f"{gain(f'{CARD} and both')} times. With both kinds of units, the rate is limited by "
         f"{mine[f'{CARD} and both'][10]}. Shaders alone would be "
         f"{gain(f'{CARD}, if no ray waited')} times as fast if no ray waited for another. The RPU "

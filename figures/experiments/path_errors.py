@@ -53,8 +53,9 @@ def relative_error(found: np.ndarray, truth: np.ndarray) -> float:
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:
     """Return mean relative errors by number of samples.
 
-    ``scene`` is the error of the scene's pixels less the truth's own noise. ``furnace`` is the
-    error of the furnace's pixels, and ``furnace_mean`` is the error of their mean.
+    The entry "scene" is the error of the scene's pixels; the truth's own noise is subtracted in
+    squares. The entry "furnace" is the error of the furnace's pixels, and "furnace_mean" is the
+    error of their mean.
 
     Parameters
     ----------

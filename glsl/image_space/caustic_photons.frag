@@ -2,7 +2,8 @@
 // Emit one photon for each pixel in which the light sees a refractor or mirror (Shah, Konttinen and
 // Pattanaik, "Caustics Mapping: An Image-Space Technique for Real-Time Caustics", TVCG 2007; survey,
 // section 5), and write its exit point, direction and flux. BORDERS is 0 for a mirror, 1 for a surface with
-// another medium behind it, and 2 for a closed mesh, which image-space refraction crosses as in the paper.
+// another medium behind it, and 2 for a closed mesh. Image-space refraction takes a photon through a closed
+// mesh, as in the paper.
 //
 // Departures: a photon carries the flux of its pixel's solid angle, whereas the paper divides the light
 // evenly among visible pixels. The flux that is reflected according to Fresnel's equations is subtracted.

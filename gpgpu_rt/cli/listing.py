@@ -60,7 +60,8 @@ def _methods(chosen: argparse.Namespace) -> None:
         print(f"{row.name}: {row.summary} ({row.citation})\n"
               f"reference: {reference(row.citation)}\n"
               f"schedules: {', '.join(row.schedules)}\n"
-              f"era form: {row.why_no_era_form() and 'no, ' + row.why_no_era_form() or 'yes'}")
+              "era form (docs/era.md): "
+              f"{row.why_no_era_form() and 'no, ' + row.why_no_era_form() or 'yes'}")
         print_table(("option", "default", "meaning"), [
             (word_of(o.name), "no" if o.default is False else
              "-" if o.default is None else spell(o.default), described(o))

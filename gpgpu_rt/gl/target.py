@@ -28,7 +28,7 @@ class Target:
     ----------
     records : a Record, or several Records in the order of the render targets
     size : (width, height) in texels
-    depth : a depth buffer of the same size, which draws test and do not write
+    depth : a depth buffer of the same size. Draws are tested against it, but do not write it
     borrowed : name -> textures of another object, which releases them. The record of this name
         uses these textures. Without such a record, the textures become further render targets
 

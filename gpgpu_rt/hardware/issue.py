@@ -1,4 +1,7 @@
-"""Issue: counts from a trace how often groups of pixels that branch together issue each kernel."""
+"""Issue: counts from a trace how often each kernel is issued.
+
+Pixels that branch together form a group. A group issues a kernel once for all its pixels.
+"""
 from __future__ import annotations
 
 from collections.abc import Collection
@@ -9,17 +12,19 @@ import numpy as np
 from .trace import FINISHED, KernelTrace
 
 QUAD = (2, 2)        # every card of the survey shades pixels in quads, for derivatives
-# The (h, w) in pixels of a group that branches together: the rectangle nearest to a square with
-# `branch_width` pixels (cards.json), because the survey states no shape. R420 cannot branch.
+# The (h, w) in pixels of a group that branches together. The survey states no shape, so a group is
+# the rectangle of `branch_width` pixels (cards.json) that is nearest to a square. R420 cannot
+# branch.
 GROUPS: dict[str, tuple[int, int] | None] = {
     "R420": None, "NV40": (32, 32), "R580": (6, 8), "G80": (4, 8)}
 PASSES_A_CHOICE = 16    # passes of the schedule `kernels` between occlusion queries
 WHILE_WHILE, STEP = "while-while", "step"
 ORDERS = (WHILE_WHILE, STEP)
-# Kernels without an inner loop: a program with a loop runs them right after the step that asks for
-# them. `push` and `pop` belong to methods with a stack in textures under `step`
-# (glsl/methods/bvh/packet_steps_stack.glsl) and to kd-packet on R580 (packet_trace.py). `leave`
-# and `begin` belong to kd packets (glsl/methods/kdtree/packet_steps.glsl).
+# Kernels that have no inner loop of their own in a while-while program. The program runs such a
+# kernel right after the step that asks for it. `push` and `pop` belong to methods with a stack in
+# textures under `step` (glsl/methods/bvh/packet_steps_stack.glsl) and to kd-packet on R580
+# (packet_trace.py). `leave` and `begin` belong to kd packets
+# (glsl/methods/kdtree/packet_steps.glsl).
 WITHIN = ("push", "pop", "leave", "begin")
 
 
@@ -74,8 +79,8 @@ def issued_in_loop(trace: KernelTrace, group: tuple[int, int], order: str,
     order : WHILE_WHILE has a loop for each kernel inside the outer loop: a group issues a kernel
         while any of its rays waits for the kernel. STEP has one loop, which runs a step of each
         ray per iteration: a group issues each kernel that any of its rays needs
-    within : under WHILE_WHILE, kernels without an inner loop. A ray runs such a kernel right after
-        the kernel before it, and its group issues the kernel if any ray runs it
+    within : under WHILE_WHILE, kernels without an inner loop. A ray that reaches such a kernel
+        runs it at once. A group issues the kernel if any of its rays runs it
     """
     steps, count = in_groups(trace.steps, group), len(trace.kernels)
     lanes = steps.shape[2]
@@ -112,7 +117,7 @@ def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
             groups, place, kernel, waits = groups[live], place[live], kernel[live], waits[live]
         if not len(groups):
             return issues, iterations
-        # Leave inner loops that no ray waits for, in program order.
+        # Choose each group's next inner loop: in program order, the first that a ray waits for.
         any_waits = np.stack([(waits == k).any(axis=1) for k in range(1, count + 1)])
         ahead = (kernel - 1 + np.arange(count)[:, None]) % count
         chosen = any_waits[ahead, np.arange(len(groups))].argmax(axis=0)
@@ -136,7 +141,7 @@ def issued_in_passes(trace: KernelTrace, choice: int = PASSES_A_CHOICE,
                      block: tuple[int, int] = QUAD) -> KernelIssues:
     """Return the issues of the schedule ``kernels``, which runs one kernel per pass.
 
-    The host counts by occlusion queries the rays that wait for each kernel. It then draws
+    One occlusion query per kernel counts the rays that wait for it. The host then draws
     ``choice`` passes of the kernel with the most waiting rays. Early depth rejects blocks of (h,
     w) pixels in which no ray waited for this kernel at the time of the queries.
     """

@@ -161,8 +161,8 @@ def test_figure_9_lists_the_tree() -> None:
 
 
 def test_figure_10_is_the_walk_and_shows_the_slip() -> None:
-    """Figure 10 lists each step of the walk, and the nodes where the rule that the survey prints
-    goes wrong."""
+    """Figure 10 lists each step of the walk. It also lists the nodes at which the survey's printed
+    rule goes wrong."""
     found = walk(fig10.METHOD)
     rows = fig10.rows(SMALL, found)
     assert len(rows) == found.hits.steps[0]

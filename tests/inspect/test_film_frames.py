@@ -1,5 +1,7 @@
-"""From each frame of a film to the next frame, about the same number of rays ends. This holds even
-if the last rays take very many passes."""
+"""Between any two neighbouring frames of a film, about the same number of rays end.
+
+This holds even if the last rays take very many passes.
+"""
 from __future__ import annotations
 
 import numpy as np
@@ -17,8 +19,8 @@ def test_a_long_tail_takes_few_frames() -> None:
     live = np.array(LONG_TAIL)[chosen]
     lost = -np.diff(live)
     assert chosen[0] == 0 and chosen[-1] == len(LONG_TAIL) - 1 and 40 < len(chosen) <= 60
-    # Between two frames, about 1/59 of the rays end, and up to 50 more if they end in the same
-    # pass.
+    # Between two frames, about 1/59 of the rays end. Up to 50 more can end, because about 50 rays
+    # end in the same pass.
     assert lost.min() >= 40 and lost.max() <= 4096 / 59 + 50
     # Frames at equal distances in passes would nearly all show the last 90 rays.
     assert (live <= 90).mean() < 0.05 < 0.8 < (np.array(LONG_TAIL) <= 90).mean()

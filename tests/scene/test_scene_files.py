@@ -298,7 +298,7 @@ def test_names_in_gltf_files_are_uris(folder: Path) -> None:
 
 
 def test_corners_that_share_one_place_have_one(folder: Path) -> None:
-    """Texture coordinates are kept if all corners of a triangle have the same coordinates."""
+    """Texture coordinates are kept even if all corners of a triangle have the same coordinates."""
     (folder / "n.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n")
     said = {**GOOD, "meshes": [{"file": "n.obj", "material": "wood"}]}
     scene = rt.load_scene(written(folder, said))

@@ -2,8 +2,8 @@
 
 S. Popov, J. Günther, H.-P. Seidel, P. Slusallek, "Stackless KD-Tree Traversal for High Performance
 GPU Ray Tracing", Eurographics 2007. The construction goes down from the root, which has no ropes.
-A node's split plane gives the faces of its two children ropes to each other. On all other faces, a
-child inherits its parent's ropes.
+The two children of a node share a face on its split plane. On this face, each child gets a rope to
+the other child. On all other faces, a child inherits its parent's ropes.
 """
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def build_ropes(tree: KdTree, push_down: bool = True) -> Ropes:
 
     Parameters
     ----------
-    push_down : whether each rope points to the smallest node that touches the whole face; else to
-        the root of the sibling subtree, where the rays of a packet meet again
+    push_down : if True, each rope points to the smallest node that touches the whole face. If
+        False, it points to the root of the sibling subtree: there, the rays of a packet meet again
     """
     lo, hi = tree.boxes()
     ropes = np.full((2, len(tree.axis), 3), NIL, np.int32)   # (lower or upper face, node, axis)
@@ -69,9 +69,10 @@ def build_ropes(tree: KdTree, push_down: bool = True) -> Ropes:
 
 def _pushed_down(tree: KdTree, rope: np.ndarray, lo: np.ndarray, hi: np.ndarray, face: int,
                  upper: bool) -> np.ndarray:
-    """Move ropes of the leaves' lower or upper faces across the axis ``face`` down the tree.
+    """Move the ropes of leaves' faces down the tree.
 
-    A rope moves into a child of its node as long as this child touches the whole face.
+    The faces are perpendicular to the axis ``face``: the upper faces if ``upper``, else the lower
+    faces. A rope moves into a child of its node as long as this child touches the whole face.
     """
     rope = rope.copy()
     moving = np.flatnonzero(rope != NIL)

@@ -187,7 +187,8 @@ class RayBundles:
 
         Parameters
         ----------
-        places, normals : (h, w, 3) points, and unit normals on the side that is lit, or zeros
+        places : (h, w, 3) points
+        normals : (h, w, 3) unit normals that point to the lit side; zero at pixels without a point
         directions : the number of directions of bundles
 
         Returns
@@ -250,7 +251,7 @@ class RayBundles:
         context.blend_func = moderngl.ONE, moderngl.ONE
         self._peel.set(**uniforms)
         self.gpu.clear(self._targets[1], -FAR, 0.0, 0.0, -1.0)
-        for count in range(MOST_LAYERS + 1):    # the last layer found is empty
+        for count in range(MOST_LAYERS + 1):    # the last round finds that no layer is left
             target, nearer = self._targets[count % 2], self._layers[1 - count % 2]
             self.gpu.clear(target, FAR, 0.0, 0.0, -1.0, depth=1.0)
             context.enable_only(moderngl.DEPTH_TEST)

@@ -1,6 +1,6 @@
-// One group of candidate planes. The candidates of binned SAH are the ends of BINS equal bins between the
-// outermost sides of a node's pieces, as in gpgpu_rt/methods/kdtree/sah.py. Along each axis they form
-// GROUPS groups of four.
+// One group of candidate planes. Binned SAH divides the bounds of a node's pieces (the parts of triangles
+// in the node) into BINS equal bins along each axis, as in gpgpu_rt/methods/kdtree/sah.py. The candidates
+// are the ends of the bins. Along each axis they form GROUPS groups of four.
 
 vec4 group_planes(Box box, int axis, int group) {
     float lo = box.lo[axis], hi = box.hi[axis];

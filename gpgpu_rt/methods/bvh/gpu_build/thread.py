@@ -1,9 +1,10 @@
 """Threading: turn nodes that span slots into a finished hierarchy with boxes and escape indices.
 
 A slot is a place in the order of triangles. The nodes may come from any tree whose nodes span
-consecutive slots. Two numbers give a node's position in depth-first order: the leaves that begin
-before the node, and the ancestors that have the node in their left subtree. A node's box is joined
-from the boxes of four runs of 4^k slots. So no pass per level is needed.
+consecutive slots. A node's position in depth-first order is twice the number of leaves that begin
+before the node, plus the number of ancestors that have the node in their left subtree. Four runs
+of 4^k slots, which may overlap, cover a node's slots. So a node's box is the union of four boxes,
+and the boxes need no pass for each level of the tree.
 """
 from __future__ import annotations
 
@@ -68,9 +69,10 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
 
 
 def pack(nodes: dict[str, np.ndarray], order: np.ndarray) -> Bvh:
-    """Return the hierarchy of nodes in depth-first order and the triangle of each slot.
+    """Return the hierarchy that ``nodes`` and ``order`` describe.
 
-    ``nodes`` has the fields of BVH_NODE.
+    ``nodes`` has the fields of BVH_NODE, in depth-first order. ``order`` has the triangle in each
+    slot.
     """
     total = len(nodes["first"])
     escape = np.where(nodes["escape"] < 0, total, nodes["escape"])
