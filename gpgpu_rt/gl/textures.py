@@ -152,6 +152,12 @@ def read_texels(texture: moderngl.Texture, first: int, count: int) -> np.ndarray
     first : index of the first texel, in rows of TABLE_WIDTH texels
     """
     kind = np.uint32 if texture.dtype == "u4" else np.float32
+    if texture.ctx.extra.is_es:     # ES cannot attach each format to a framebuffer, or read it
+        whole = np.empty((texture.height * texture.width, texture.components),
+                         "<" + texture.dtype)
+        texture.read_into(whole)
+        note_moved(texture, down=whole.nbytes)
+        return whole[first:first + count].astype(kind)
     found = np.empty((count, texture.components), kind)
     window = texture.ctx.framebuffer([texture])
     for k in range(count):      # consecutive texels may lie in two rows

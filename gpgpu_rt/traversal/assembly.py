@@ -5,7 +5,7 @@ from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
 
-from ..errors import MethodError
+from ..errors import MethodError, OptionError
 from .driver import Driver, Setup
 from .era import EraTraversal
 from .own_arrays import check_own_arrays
@@ -23,6 +23,9 @@ def make_driver(setup: Setup) -> Driver:
     points or sorted rays, the drivers of these stages wrap the method's driver.
     """
     check_own_arrays(setup.gpu, setup.method, setup.options)
+    if setup.options["era"] and setup.gpu.is_es:
+        raise OptionError("the era form needs desktop OpenGL, but ANGLE has OpenGL ES; leave out "
+                          "--era, or choose another context")
     plain = EraTraversal if setup.options["era"] else Traversal
     named = setup.method.drivers.get(str(setup.options["schedule"]), plain)
     driver = driver_class(named)(setup)

@@ -16,7 +16,8 @@ from gpgpu_rt.interrupts import deferred
 def test_the_interrupt_waits_for_the_compiler(gpu: Gpu, monkeypatch: pytest.MonkeyPatch,
                                               tmp_path: Path) -> None:
     program = tmp_path / "white.frag"
-    program.write_text("#version 330\nout vec4 colour;\nvoid main() { colour = vec4(1.0); }\n")
+    program.write_text("#version 330 core\nout vec4 colour;\n"
+                       "void main() { colour = vec4(1.0); }\n")
     compiled = moderngl.Context.program
     made = []
 
