@@ -10,8 +10,7 @@ Names, arguments, shapes and the order of results are as in ``trimesh.ray``, wit
   triangles. ``intersects_location`` returns each place once, with its first triangle.
   ``intersects_id`` returns all triangles of a place, as trimesh's own engine does, or with
   ``coincident=False`` the first, as trimesh's Embree engine does.
-* A ray with a NaN, an infinity or a zero direction is invalid and hits nothing. The length of a
-  direction has no effect.
+* An invalid ray hits nothing. The length of a direction has no effect.
 """
 from __future__ import annotations
 
@@ -35,7 +34,8 @@ class RayMeshIntersector:
     """Answers ray queries on a mesh by a method of ``gpgpu_rt.methods()``.
 
     If the mesh changes, the next query uses the changed mesh. A pickled or copied intersector
-    builds its own textures at its first query. Invalid rays hit nothing.
+    builds its own textures at its first query. A ray with a NaN, an infinity or a zero direction
+    hits nothing.
 
     Parameters
     ----------

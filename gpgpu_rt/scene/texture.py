@@ -66,8 +66,8 @@ class Texture:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Texture:
-        """Return the texture of an sRGB image file, or of an .npy file with a linear (height,
-        width, 3) array.
+        """Return the texture of the file ``path``: an sRGB image, or an .npy file with a linear
+        (height, width, 3) array.
 
         Raises
         ------
@@ -116,8 +116,8 @@ class Texture:
         return made
 
     def sample(self, uv: Any) -> np.ndarray:
-        """Return (n, 3) float64 linear colours at (n, 2) texture coordinates, (0, 0) at the lower
-        left; the image repeats. ``glsl/render/texture.glsl`` does the same."""
+        """Return (n, 3) float64 linear colours at (n, 2) texture coordinates ``uv``. (0, 0) is the
+        lower left corner; the image repeats. ``glsl/render/texture.glsl`` does the same."""
         height, width = self.texels.shape[:2]
         at = np.asarray(uv, np.float64)
         at = (at - np.floor(at)) * (1, -1) + (0, 1)

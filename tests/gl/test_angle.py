@@ -320,6 +320,6 @@ def test_hits_have_the_bits_of_mesa(angle: Gpu, method: str, settings: dict) -> 
 @pytest.mark.parametrize("method", ["kd-restart", "kd-packet"])
 def test_the_era_form_needs_desktop_opengl(angle: Gpu, method: str) -> None:
     with pytest.raises(rt.OptionError, match="needs desktop OpenGL"):
-        with rt.Tracer("cornell", method, era="g80" if method == "kd-packet" else "r420",
+        with rt.Tracer("cornell", method, era="r580" if method == "kd-packet" else "r420",
                        context=angle) as tracer:
             tracer.trace(*tracer.scene.camera.rays((4, 4)))

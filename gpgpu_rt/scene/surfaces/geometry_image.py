@@ -91,13 +91,13 @@ class GeometryImage:
         return list(self.moved(unit).charts)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the charts to an .npz file, which `load_scene` and `load` read."""
+        """Write the charts to an .npz file at ``path``, which `load_scene` and `load` read."""
         with replacing(path) as temporary, temporary.open("wb") as file:
             np.savez_compressed(file, **{f"chart_{k}": c for k, c in enumerate(self.charts)})
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> GeometryImage:
-        """Return the geometry image of an .npz file with the arrays chart_0, chart_1, ...
+        """Return the geometry image of the .npz file ``path`` with arrays chart_0, chart_1, ...
 
         Raises
         ------
