@@ -14,7 +14,7 @@ from ..conform.runner import SECONDS, Runner
 from ..conform.shrink import minimal_cases
 from ..conform.spec import COMMAND, METHOD, Spec
 from ..conform.suite import (
-    CRASH, KINDS, RAYS, SEED, Known, Row, family_names, installed, notes_of, run
+    CRASH, KINDS, RAYS, SEED, Known, Row, family_names, installed, not_loaded, notes_of, run
 )
 from ..disk.files import check_writable, replacing
 from ..errors import Error, OptionError, how_to_install
@@ -98,6 +98,9 @@ def _conform(chosen: argparse.Namespace) -> None:
     wrong = sum(row.wrong_rays for row in rows)
     if chosen.check and wrong:
         raise Error(f"--check found {counted(wrong, 'wrong answer')}")
+    if chosen.check and (idle := not_loaded(rows)):
+        raise Error(f"--check could not run {', '.join(idle)}; mend the installation or leave it "
+                    "out")
 
 
 def _tell(rows: list[Row], missing: dict[str, str], chosen: argparse.Namespace) -> None:

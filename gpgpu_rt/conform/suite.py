@@ -32,8 +32,8 @@ class Row:
     ----------
     engine, version : The engine, and its package's version or "".
     family : The family's name.
-    rays : Number of traced rays; 0 if the engine does not accept their t_min and t_max, or gave no
-        answer in an earlier family.
+    rays : Number of traced rays; 0 if the engine does not accept their t_min and t_max, gave no
+        answer in an earlier family, or cannot be loaded.
     undecidable : Number of rays with a right answer for which a hit and a miss are both right.
     wrong : Number of wrong rays by kind, of KINDS. A crash counts for all ``rays``.
     seconds : Time of the engine's call in seconds, with the construction of its structure.
@@ -146,12 +146,17 @@ def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int
                 yield row
 
 
+def not_loaded(rows: Sequence[Row]) -> dict[str, str]:
+    """Return engine -> note for the engines that cannot be loaded."""
+    return {row.engine: row.note for row in rows if not row.rays and UNLOADED in row.note}
+
+
 def notes_of(rows: Sequence[Row], missing: Mapping[str, str]) -> list[str]:
     """Return lines on crashes, and on engines that did not run. ``missing`` holds the engines that
     are not installed, and why they did not run."""
     return list(dict.fromkeys([
         *(f"{row.engine}, {row.family}: {row.note}" for row in rows if row.note and row.rays),
-        *(f"{row.engine} was {row.note}" for row in rows if UNLOADED in row.note),
+        *(f"{name} was {note}" for name, note in not_loaded(rows).items()),
         *(f"{name} was not run: {why}" for name, why in missing.items())]))
 
 

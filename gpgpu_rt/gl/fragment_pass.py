@@ -88,7 +88,7 @@ class FragmentPass:
                                     lambda: self._render(geometry, mode, vertices, instances))
         else:
             self._render(geometry, mode, vertices, instances)
-        self.gpu.fences.keep()
+            self.gpu.fences.keep()
 
     def _take_program(self) -> None:
         """Set this pass's uniforms, unless the program has them. Passes with the same texts share

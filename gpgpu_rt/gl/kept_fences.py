@@ -12,9 +12,9 @@ from collections import deque
 
 import moderngl
 
-# llvmpipe has at most 64 scenes at a time. After 128 later scenes, all threads have finished at
-# least 64 of them, so no thread uses the first fence any more.
-KEPT = 128
+# llvmpipe has at most 64 scenes at a time, and a scene has a few calls of `keep`. When a query is
+# used again in the scene in which it ended last, llvmpipe waits for the scene.
+KEPT = 512
 
 
 class KeptFences:

@@ -121,6 +121,7 @@ class Observers:
             count = _Count(query, within, free)
         else:
             draws = render()
+        one.gpu.fences.keep()       # before an observer reads a texture, which ends the scene
         seen = ObservedPass(
             0, one.name, one.vertex, one.kernel, one.label or one.name, one.texts,
             dict(one.uniforms), dict(inputs), target, tuple(framebuffer.color_attachments or ()),

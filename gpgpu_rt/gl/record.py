@@ -238,9 +238,8 @@ class Record:
         for f in self.fields:
             plane = self.plane_of(f.texel)
             place = f"i * {plane.texels} + {f.texel - plane.first}"
-            value = f.decode(f"TABLE_FETCH({self.name}{plane.suffix}, {place})")
-            if f.type == "int":
-                value = "TABLE_INTEGER" + value.removeprefix("int")
+            fetch = f"TABLE_FETCH({self.name}{plane.suffix}, {place})"
+            value = f"TABLE_INTEGER({fetch}.{f.swizzle})" if f.type == "int" else f.decode(fetch)
             lines.append(f"{f.type} {self.name}_{f.name}(int i) {{ return {value}; }}")
         return "\n".join(lines)
 

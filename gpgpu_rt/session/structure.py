@@ -98,6 +98,7 @@ class Structure:
             assert method.adopt is not None
             accelerator = method.adopt(accelerator.structure, self.triangles, options)
             self.write(tuple(missing), accelerator)
+        accelerator.small_integers = self.tables.small_integers     # with the other tables
         return self.tables.samplers(), accelerator
 
     def move(self, scene: Scene, built: Accelerator | None = None) -> Moved:

@@ -21,6 +21,13 @@ def make_driver(setup: Setup) -> Driver:
     ``Method.drivers`` names the driver's class for a schedule. The default is
     `schedules.Traversal`, or with the option ``era``, `era.EraTraversal`. If options ask for entry
     points or sorted rays, the drivers of these stages wrap the method's driver.
+
+    Raises
+    ------
+    OptionError
+        for the era form on OpenGL ES
+    MethodError
+        as ``driver_class``
     """
     check_own_arrays(setup.gpu, setup.method, setup.options)
     if setup.options["era"] and setup.gpu.is_es:

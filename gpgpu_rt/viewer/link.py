@@ -42,7 +42,7 @@ class Link:
         self.io.backend_flags |= imgui.BackendFlags_.renderer_has_textures.value
         imgui.get_platform_io().renderer_texture_max_width = gpu.max_texture_size
         imgui.get_platform_io().renderer_texture_max_height = gpu.max_texture_size
-        self.window, self.context = window, gpu.context
+        self.gpu, self.window, self.context = gpu, window, gpu.context
         imgui.get_platform_io().platform_set_clipboard_text_fn = (
             lambda _, text: glfw.set_clipboard_string(window._window, text))
         self._program = compile_program(gpu, "viewer/panel.frag", vertex="viewer/panel.vert")
@@ -127,6 +127,7 @@ class Link:
             self.context.scissor = x0, height - y1, x1 - x0, y1 - y0
             self._geometry.render(moderngl.TRIANGLES, vertices=command.elem_count,
                                   first=command.idx_offset)
+            self.gpu.fences.keep()
 
     def _make_room(self, vertices: int, indices: int) -> None:
         """Make the buffers at least this large, in bytes."""

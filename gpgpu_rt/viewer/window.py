@@ -138,6 +138,7 @@ class Window(moderngl_window.WindowConfig):
             return
         self.wnd.use()
         self.ctx.clear(0.06, 0.06, 0.08)
+        self.link.gpu.fences.keep()
         self.link.begin(frame_time)
         self._follow_mouse()
         self._follow_keys()

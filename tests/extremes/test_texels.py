@@ -79,7 +79,10 @@ def test_row_35_larger_integers_are_converted_exactly(monkeypatch: pytest.Monkey
     with rt.Tracer(scene, method) as tracer:
         expected = tracer.trace(*rays)
         assert tracer.accelerator.small_integers
-    monkeypatch.setattr(scene_tables, "SMALL_INTEGER", 10)
+        monkeypatch.setattr(scene_tables, "SMALL_INTEGER", 10)
+        tracer.update(scene.triangles)      # the programs are made again
+        assert_same_bits(tracer.trace(*rays), expected)
+        assert not tracer.accelerator.small_integers
     with rt.Tracer(scene, method) as tracer:
         assert_same_bits(tracer.trace(*rays), expected)
         assert not tracer.accelerator.small_integers
@@ -92,6 +95,18 @@ def test_row_35_two_to_the_24() -> None:
         assert NUMBER.unpack(packed)["own"].tolist() == [value, -value]
     with pytest.raises(rt.LimitError, match="2.24"):
         NUMBER.pack(own=np.array([indices(24)[2]]))
+
+
+def test_row_35_tables_that_grow_use_no_bits(gpu: Gpu) -> None:
+    """The lists of ray classification grow while rays are traced, beyond any integer that the
+    tables hold at first."""
+    before = set(gpu.programs)
+    with rt.Tracer(soup_scene(60, 2), "ray-classification", context=gpu) as tracer:
+        rays = np.random.default_rng(3).random((2, 300, 3)).astype(np.float32)
+        hits = tracer.trace(*rays)
+        texts = [key[1] for key in set(gpu.programs) - before if "ray_box_table" in key[1]]
+    assert hits.hit.any() and texts
+    assert not any("#define SMALL_INTEGERS" in text for text in texts)
 
 
 @pytest.mark.small

@@ -4,6 +4,8 @@ The host makes missing lists of triangles, and programs trace the rays through t
 """
 from __future__ import annotations
 
+from dataclasses import replace
+
 import moderngl
 import numpy as np
 
@@ -21,10 +23,14 @@ from .records import CANDIDATE, RAY_BOX, RAY_CLASS
 
 
 class RayClasses(Traversal):
-    """A traversal whose tables grow before the rays are traced."""
+    """A traversal whose tables grow before the rays are traced.
+
+    The tables' integers grow too, so programs do not use ``Accelerator.small_integers``.
+    """
 
     def __init__(self, setup: Setup) -> None:
         super().__init__(setup)
+        self.accelerator = replace(self.accelerator, small_integers=False)
         self._given = setup.samplers
         self._own: dict[Record, Samplers] = {RAY_BOX: {}, CANDIDATE: {}}
 
@@ -32,7 +38,7 @@ class RayClasses(Traversal):
         """Use the tables of triangles that moved. The old textures of all lists are dropped."""
         self._release_own()
         self._given = samplers
-        super().follow(samplers, accelerator, step_cap)
+        super().follow(samplers, replace(accelerator, small_integers=False), step_cap)
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
