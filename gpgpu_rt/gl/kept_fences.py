@@ -4,7 +4,7 @@ In llvmpipe, the passes into a framebuffer form a scene, and every scene has a f
 thread locks the fence, counts itself, wakes the waiting threads and unlocks the fence. The thread
 that issues draws looks only at the count (``lp_fence_signalled``). This thread may free the fence
 of the scene before last before a drawing thread has unlocked the fence. The drawing thread then
-writes into freed memory. Mesa 22.3 has this fault, and Mesa 25 the same lines.
+writes into freed memory. Mesa 22.3 has this fault, and Mesa 25.0 has the same lines.
 """
 from __future__ import annotations
 

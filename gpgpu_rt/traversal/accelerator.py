@@ -35,13 +35,14 @@ class Accelerator:
     defines : GLSL defines that follow from the structure.
     stack_levels : Largest number of levels in the stack of a ray or packet.
     finisher : Passes that complete the tables after their upload.
-    small_integers : Whether no integer of the tables is above 2^22 (``glsl/core/fetch.glsl``).
     shown : The triangles that hits lie on, (n, 3, 3) float32, if the method traces a coarser level
         of the scene; otherwise None.
     kept : Data that the builder keeps for the row's ``refit``.
     boxes : Returns the lower and the upper corners, (k, 3) each, of the nodes' boxes, indexed by
         the state's field ``node``.
     automatic : Option -> value. The builder's values for options that are None.
+    small_integers : Whether no integer of the tables is above 2^22 (``glsl/core/fetch.glsl``).
+        `session.structure.Structure` sets it when it writes the tables into textures.
     """
 
     tables: dict[str, dict[str, np.ndarray | Column]]
@@ -51,8 +52,8 @@ class Accelerator:
     defines: Mapping[str, object] = field(default_factory=dict)
     stack_levels: int = 0
     finisher: Finisher | None = None
-    small_integers: bool = False
     shown: np.ndarray | None = None
     kept: Any = None
     boxes: Callable[[], tuple[np.ndarray, np.ndarray]] | None = None
     automatic: Mapping[str, Any] = field(default_factory=dict)
+    small_integers: bool = False

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt import reference
+from gpgpu_rt import cli, reference
 from gpgpu_rt.conform.answers import EngineAnswers
 from gpgpu_rt.conform.case import FAMILIES
 from gpgpu_rt.conform.engines import ENGINES
@@ -174,7 +174,8 @@ def test_an_engine_that_hangs_is_not_run_again(engine) -> None:
     ("import no_such_library", "ModuleNotFoundError: No module named 'no_such_library'"),
     ("import os; os._exit(3)", "the process ended with status 3")])
 def test_an_engine_that_cannot_be_loaded_has_no_wrong_rays(
-        body: str, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        body: str, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+        capsys: pytest.CaptureFixture[str]) -> None:
     """An installed package may lack a library of the system. Then its rays do not count as
     crashes."""
     (tmp_path / "embreex").mkdir()
@@ -187,6 +188,9 @@ def test_an_engine_that_cannot_be_loaded_has_no_wrong_rays(
     assert notes_of(rows, {"vtk": "not installed"}) == [
         f"embreex was not run, because it cannot be loaded: {reason}",
         "vtk was not run: not installed"]
+    assert cli.main(["conform", "-m", "none", "--engine", "embreex", "--family", "one-triangle",
+                     "--check"]) == 1
+    assert "--check could not run embreex" in capsys.readouterr().err
     page = page_of(rows, {})
     assert page.count("it cannot be loaded: ") == 1 and ">crash</td>" not in page
 

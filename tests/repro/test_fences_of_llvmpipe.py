@@ -12,7 +12,8 @@ import pytest
 
 SOURCE = Path(__file__).with_name("fences_of_llvmpipe.c")
 # The program draws without our package until llvmpipe frees a fence too early, for 10 seconds at
-# most. Then it traces rays, and counts the fences that are freed too early during the traces.
+# most. Then it traces rays, first alone and then with an observer that reads what each pass drew.
+# It counts the fences that are freed too early during the traces.
 PROGRAM = """
 import ctypes, sys, time
 import moderngl
@@ -47,6 +48,12 @@ for schedule in ("step", "kernels"):
         while checked.value < 1000:
             tracer.trace(origins, directions)
         print(schedule, freed.value)
+        read = lambda one: [texture.read() for texture in one.outputs]
+        checked.value = freed.value = 0
+        while checked.value < 500:
+            with tracer.observe(read):
+                tracer.trace(origins, directions)
+        print(schedule, "observed", freed.value)
 """
 
 
@@ -61,4 +68,5 @@ def test_no_fence_is_freed_while_a_thread_uses_it(tmp_path: Path) -> None:
     assert ended.returncode == 0, ended.stderr
     if not ended.stdout:
         pytest.skip("this renderer freed no fence too early")
-    assert ended.stdout.splitlines() == ["step 0", "kernels 0"]
+    assert ended.stdout.splitlines() == ["step 0", "step observed 0", "kernels 0",
+                                         "kernels observed 0"]
