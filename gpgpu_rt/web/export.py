@@ -52,11 +52,11 @@ class WebMethod:
 
 def why_not_in_browser(row: Method) -> str:
     """Return why a method does not run on a page; "" if it does."""
-    if str(row.glsl).startswith("methods/ray_space/"):
-        return "the host builds the method's table anew for the rays of each call"
-    if set(row.schedules) == set(row.drivers) == {"kernels"}:
+    if "kernels" not in row.drivers:
+        return ""
+    if row.schedules == ("kernels",):
         return "its host reads lists back between passes, or draws triangles instead of rays"
-    return ""
+    return "the host builds the method's table anew for the rays of each call"
 
 
 def web_names(names: list[str] | None = None) -> list[str]:
