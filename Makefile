@@ -1,4 +1,4 @@
-# The targets a user needs; `make` alone prints them.
+# These targets are for users. `make` alone prints their list.
 VENV   ?= .venv
 PYTHON ?= python3
 BIN    := $(VENV)/bin
@@ -16,7 +16,7 @@ $(STAMP): setup.cfg pyproject.toml tools/setup.sh
 	@PYTHON="$(PYTHON)" sh tools/setup.sh "$(VENV)"
 	@touch $(STAMP)
 
-scenes: $(STAMP)  ## download the papers' scenes; shows their terms and asks
+scenes: $(STAMP)  ## show the terms of the papers' scenes, ask, and download the scenes
 	@$(BIN)/gpgpu-rt scenes --fetch
 
 test: $(STAMP)  ## the quick suite, headless
@@ -57,6 +57,6 @@ format: $(STAMP)  ## apply isort and autopep8
 	@$(BIN)/isort gpgpu_rt figures tests tools examples
 	@$(BIN)/autopep8 --in-place --recursive gpgpu_rt figures tests tools examples
 
-clean:  ## remove what was built and measured; the virtual environment stays
+clean:  ## remove what was built and measured, but keep the virtual environment
 	rm -rf build dist *.egg-info site report.html web figures/data figures/out .pytest_cache
 	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +

@@ -8,7 +8,7 @@ import gpgpu_rt as rt
 
 
 def main(scene_name: str = "cornell", side: str = "64") -> None:
-    """Trace eye rays with the method sweep along each axis, and compare with brute force."""
+    """Trace eye rays with ``sweep`` along each axis, and compare the hits with brute force's."""
     rt.load_methods(Path(__file__).with_name("methods"))
     scene = rt.load_scene(scene_name)
     rays = scene.camera.rays((int(side), int(side)))

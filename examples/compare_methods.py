@@ -14,8 +14,8 @@ import gpgpu_rt as rt
 def main(scene_name: str = "cornell", *names: str, side: int = 64) -> None:
     """Trace a picture's eye rays with each method and print a line per method.
 
-    ``wrong`` counts the hits that differ from the float64 answer, and ``differ`` the hits that
-    differ from the first method's hits.
+    ``wrong`` counts the rays whose hit differs from the float64 answer. ``differ`` counts the
+    rays whose hit differs from the first method's hit.
     """
     scene = rt.load_scene(scene_name)
     origins, directions = scene.camera.rays((side, side))

@@ -9,12 +9,12 @@ from gpgpu_rt.interrupts import Command, run
 
 def main() -> int:
     """Run the command that ``sys.argv`` names, and return its exit status."""
-    # SIGTERM ends the command as Ctrl-C does. Otherwise paused worker processes would remain.
+    # Let SIGTERM end the command as Ctrl-C does. Otherwise paused worker processes would remain.
     return run(_load, also=(signal.SIGTERM,))
 
 
 def _load() -> Command:
-    # Imported late: `run` already answers Ctrl-C here, so an early interrupt is silent.
+    # Import here, where `run` handles Ctrl-C: then Ctrl-C during the import prints no traceback.
     from .command import main
     return main
 

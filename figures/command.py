@@ -85,7 +85,7 @@ def _main(arguments: list[str] | None) -> int:
 
 
 def _check(out: Path) -> int:
-    """Print every difference between the files and the crate's description.
+    """Print every difference between the files in ``out`` and their description (crate.py).
 
     Return the exit status: 1 if there is a difference, and 0 otherwise.
     """
@@ -108,7 +108,7 @@ def _figure(name: str) -> str:
 
 
 def _index(out: Path) -> None:
-    """Write the index of all pages in ``out``, drawn now or by earlier runs."""
+    """Write the index of all pages in ``out``, from this run and from earlier runs."""
     pages = {name: page for name in FIGURES if (page := provenance.held(name, out))}
     lines = [IndexEntry(name, FIGURES[name],
                         Verdict.from_json(page["verdict"]),

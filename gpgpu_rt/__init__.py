@@ -56,8 +56,8 @@ if TYPE_CHECKING:
     from .scene.texture import Texture
     from .tracer import Tracer
 
-# The module of each public name, imported at the name's first use: the commands handle interrupts
-# before the libraries load, and an error message does not wait for OpenGL.
+# The module of each public name. The first use of a name imports its module, so the commands can
+# handle interrupts before libraries load, and an error message need not wait for OpenGL.
 _HOMES = {
     "Animation": "scene.animation", "load_animation": "scene.animation",
     "Environment": "scene.light", "PointLight": "scene.light", "Material": "scene.material",

@@ -14,7 +14,7 @@ def main() -> int:
 
 def _load() -> Command:
     # Import the command only here, because `run` already handles Ctrl-C: an interrupt during the
-    # import prints no traceback. The garbage collector would find nothing to free among modules.
+    # import prints no traceback. The garbage collector would only cost time meanwhile.
     gc.disable()
     from .cli.main import import_command, main
     import_command(sys.argv[1:])

@@ -12,8 +12,8 @@ Made = TypeVar("Made")
 
 
 class Error(Exception):
-    """Base class of this package's errors. The middle of a message longer than ``longest``
-    characters is cut out, because it may quote a long text."""
+    """Base class of this package's errors. A message may quote a long text, so a message with more
+    than ``longest`` characters loses its middle."""
 
     longest: int | None = 900
 
@@ -87,7 +87,7 @@ def nearest_names(name: str, known: Iterable[str]) -> str:
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return a clause with the nearest known names, "; did you mean a or b?", or "". Messages
-    that list the names themselves use this function, other messages `nearest_names`."""
+    that already list all names use this function; other messages use `nearest_names`."""
     if not isinstance(name, str):       # a wrong type from the Python API
         return ""
     near = difflib.get_close_matches(name, sorted(known), n=3, cutoff=0.6)

@@ -104,7 +104,7 @@ class Hits:
         return getattr(self, name).reshape(self.shape)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the present arrays by field name, for ``numpy.savez``."""
+        """Return the arrays that are not None by field name, for ``numpy.savez``."""
         pairs = ((f.name, getattr(self, f.name)) for f in fields(self) if f.name != "shape")
         return {name: array for name, array in pairs if array is not None}
 

@@ -74,7 +74,7 @@ def _send(number: int) -> None:
 
 
 def _not_raised(problem: sys.UnraisableHookArgs) -> None:
-    """Send a KeyboardInterrupt that Python could not raise, as in ``__del__``, again.
+    """Send again a KeyboardInterrupt that Python could not raise, as in ``__del__``.
 
     Print any other exception as usual.
     """

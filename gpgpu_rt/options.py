@@ -26,12 +26,12 @@ class Option:
     kind : The type of a value. Unused if ``choices`` is not None.
     words : Valid words besides the values of ``kind``.
     choices : All valid values; None if ``kind`` decides.
-    minimum, maximum : Bounds of a number, both valid.
+    minimum, maximum : Bounds of a number, both included.
     optional : Whether None is valid although the default is another value.
-    define : The name of the GLSL macro that the option defines, or None. A true switch defines the
-        macro, and a number is its value. A word, such as ``fast``, defines ``define`` followed by
-        ``_FAST``.
-    relaxed : Choices with which a search may lose hits, for measurements.
+    define : The name of the GLSL macro that the option defines, or None. A switch defines the
+        macro if it is true. A number is the macro's value. A word such as ``fast`` defines a macro
+        whose name ends with ``_FAST``.
+    relaxed : Choices for measurements, with which a search may lose hits.
     excludes : If this option differs from its default, these options must have their defaults.
     schedules : The schedules that allow a value other than the default. Empty for all schedules.
     goes_with : The name of another option, and its values for which this option has a meaning.
@@ -166,8 +166,8 @@ class Option:
 TRUTH = {"1": True, "true": True, "yes": True, "on": True,
          "0": False, "false": False, "no": False, "off": False}
 
-# The chips that the option ``era`` accepts for a method's era form: the kernels as the papers had
-# them (docs/era.md). Each chip implies the schedule of cards without loops, the papers' triangle
+# The chips that the option ``era`` accepts. It runs a method's era form: the kernels as in the
+# papers (docs/era.md). Each chip implies the schedule of cards without loops, the papers' triangle
 # test, and the number format of the chip's fragment processors. NV40 and R580 compute in fp32, the
 # default (NV40 unless a program uses half-precision types). NV30 is missing because it has a
 # single render target, and its compiler refuses each of the kernels.
@@ -175,7 +175,7 @@ _PAPERS = {"schedule": "kernels", "intersection": "moller-trumbore"}
 ERAS: dict[str, dict[str, Any]] = {
     "r300": {**_PAPERS, "precision": "fp24"}, "r420": {**_PAPERS, "precision": "fp24"},
     "nv40": _PAPERS, "r580": _PAPERS}
-ERA_TARGETS = 4     # render targets of the cards with these chips
+ERA_TARGETS = 4     # number of render targets of these chips
 ERA_LOOPS = ("nv40", "r580")    # the chips that have loops
 
 TRACER_OPTIONS: tuple[Option, ...] = (
@@ -244,13 +244,13 @@ def spell(choice: Any) -> str:
 
 
 def word_define(prefix: str, word: str) -> str:
-    """Return the macro of a word, such as INTERSECTION_MOLLER_TRUMBORE for moller-trumbore."""
+    """Return the macro for a word, such as INTERSECTION_MOLLER_TRUMBORE for moller-trumbore."""
     return f"{prefix}_{word.upper().replace('-', '_')}"
 
 
 def resolve_options(given: Mapping[str, Any], known: Iterable[Option],
                     what: str) -> dict[str, Any]:
-    """Return the value of every known option; ``what`` names the owner of the options in messages.
+    """Return the value of every known option. In messages, ``what`` names the options' owner.
 
     Raises
     ------
@@ -273,13 +273,13 @@ def with_era(given: Mapping[str, Any], known: Iterable[Option], what: str,
              more: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options ``given``, and the options that the option ``era`` implies.
 
-    ``more`` has options that the method's era form implies on every chip.
+    ``more`` holds the options that the method's era form implies on every chip.
 
     Raises
     ------
     OptionError
         for another value of an implied option, or for a value with which a search may lose hits.
-        Such a search may never end, because rays do not count steps in the era form
+        Such a search may never end, because the era form has no step limit
     """
     if str(given.get("era")) not in ERAS:
         return dict(given)

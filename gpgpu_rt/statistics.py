@@ -26,8 +26,8 @@ class Statistics:
     stopped : Number of rays, shadow rays included, that the step cap or a full stack stopped.
     kernel_passes : Number of passes of each kernel, under the ``kernels`` schedule.
     live : Numbers of rays whose search has not ended. The schedules ``step`` and ``kernels``
-        append a number each time they count, for one ray set of a picture after the other.
-    picture_passes : Name of a pass -> how often it ran for the picture, without traversal passes.
+        append a number at each count. The numbers of a picture's ray sets follow one another.
+    picture_passes : Name of a pass, except traversal passes -> number of its runs for the picture.
     waves : Number of ray sets that a picture traced.
     texel_fetches : Texels per pixel that ``picture_passes`` read.
     vertices : An entry for each vertex of paths, if the integrator may pack the live paths into
@@ -55,7 +55,7 @@ class Statistics:
         ``rivals``: triangles that a ray may hit before the rasterised triangle of its pixel; a
         large triangle counts once for each part of the image in which it is a rival. ``retraced``:
         eye rays that the method traced, because they miss the rasterised triangle of their pixel
-        or their pixel has a rival. ``retraced_share``: their share of all eye rays.
+        or their pixel has a rival. ``retraced_share``: the share of retraced rays.
     pass_log : With statistics=True, an entry per program (``gl/pass_log.py``): name, draws,
         fragments, bytes of streams read, tables sampled, bytes written.
     uploaded_bytes, read_back_bytes : With statistics=True, bytes copied to the graphics card and

@@ -1,4 +1,4 @@
-"""Text format: how messages and tables write numbers, counts and names."""
+"""Text format: formats numbers, counts and names for messages and tables."""
 from __future__ import annotations
 
 

@@ -1,4 +1,4 @@
-"""Threads that share the work on long arrays; numpy releases the interpreter lock in its loops."""
+"""Threads: share the work on long arrays; numpy releases the interpreter lock in its loops."""
 from __future__ import annotations
 
 import os

@@ -45,9 +45,9 @@ class Tracer:
     ----------
     scene : Scene, trimesh.Trimesh, a scene's name or a mesh file
     method : a name from ``methods()``, "auto", or ``Choices``: a method for coherent rays and a
-        method for incoherent rays, whose accelerator is built at their first call. After a call,
-        ``statistics.choice``, ``method`` and ``options`` describe the used method. "auto" uses the
-        ``Choices`` that `tune` stored for this scene and renderer, or else a safe default
+        method for incoherent rays. The first incoherent rays build the second accelerator. After a
+        call, ``statistics.choice``, ``method`` and ``options`` describe the used method. "auto"
+        uses `tune`'s ``Choices`` for this scene and renderer, or else a safe default
     options : the options below, and the options that ``gpgpu-rt methods NAME`` prints for a method
 
     Raises
@@ -57,7 +57,7 @@ class Tracer:
     Notes
     -----
     ``release``, or the end of a ``with`` block, frees textures and programs. Threads may share a
-    tracer or have one each; only one thread at a time uses the OpenGL context. ``statistics``
+    tracer or use their own; only one thread at a time uses the OpenGL context. ``statistics``
     describes the last call of any thread. Processes must start by "spawn", because a context does
     not survive a fork. A pickled tracer is made anew in the other process.
     """
@@ -74,7 +74,7 @@ class Tracer:
             method = method.with_options(options, "the choices")
         else:
             method = Choices.one(Choice(method, options))
-        rows = method.resolved()    # a wrong option is refused before a large mesh is read
+        rows = method.resolved()    # refuse a wrong option before reading a large mesh
         self.sessions = Sessions(method, rows, load_scene(scene))
         self.gpu, self.statistics = self.sessions.gpu, self.sessions.statistics
 
@@ -210,8 +210,8 @@ class Tracer:
                   max_hits: int | None = None) -> AllHits:
         """Find all hits of each ray, sorted by (t, triangle).
 
-        Coincident triangles all count. Each round of passes finds the next hit of every ray that
-        had a hit in the round before. ``statistics`` sums over all rounds, without counters.
+        All coincident triangles count. Each round of passes finds the next hit of every ray that
+        had a hit in the previous round. ``statistics`` sums over all rounds, without counters.
 
         Parameters
         ----------
@@ -252,8 +252,8 @@ class Tracer:
         ----------
         camera : Camera, or None for the scene's own camera.
         size : Pixels, (width, height).
-        integrator : "direct" shows light and shadows, "whitted" (default) also mirrors and glass,
-            "path" also light that bounces. After "path", ``radiance`` holds the unclipped result.
+        integrator : "direct" shows light and shadows; "whitted" (default) adds mirrors and glass;
+            "path" adds light that bounces. After "path", ``radiance`` holds the unclipped result.
         progress : Called as progress(samples done, samples in total, noise so far, or infinity).
         first_hits : With "traced", the method traces all eye rays. With "rasterised", the
             rasteriser finds their hits, and the method traces the eye rays whose hit is in doubt;
@@ -261,8 +261,8 @@ class Tracer:
             nearest, so a few pixels may show a triangle behind the nearest one.
             ``statistics.first_hits`` counts the traced eye rays.
         region : Pixels to draw, (x, y, width, height) from the top left, the same to the bit as in
-            the whole picture; None draws all. The option ``noise`` of "path" then applies to the
-            region.
+            the whole picture; None draws all. With a region, the option ``noise`` of "path"
+            applies to the region.
         options : Options of the integrator; ``integrators.INTEGRATORS[name].options`` lists them.
 
         Raises
@@ -305,8 +305,8 @@ class Tracer:
     @public_call
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
-        """Return the plan of `render`, without drawing: the passes, textures and defines that it
-        would use, and why it leaves out the others.
+        """Return the plan of `render`, without drawing: the passes, textures and defines that
+        `render` would use, and why it would omit the others.
 
         Parameters
         ----------
@@ -322,8 +322,8 @@ class Tracer:
         """Move the scene's triangles.
 
         A method with a ``Method.refit`` adapts its structure, unless the SAH cost exceeds
-        ``rebuild_ratio`` times the cost of the last build. Otherwise, the structure is built anew;
-        ``statistics`` says which. ``scene`` becomes a new object.
+        ``rebuild_ratio`` times the cost of the last build. Otherwise, the structure is built anew,
+        and ``statistics.rebuilt`` is True. ``scene`` becomes a new object.
 
         Parameters
         ----------
@@ -352,7 +352,7 @@ class Tracer:
         Raises
         ------
         OptionError
-            for a tracer with two methods. Inside the context, `update` raises it too
+            for a tracer with two methods. Inside the context, `update` raises this error too
         """
         return self.sessions.counting()
 
@@ -367,8 +367,8 @@ class Tracer:
 
         Returns
         -------
-        A context manager that gives a list of ``ObservedPass``, appended after each draw. Passes
-        of other tracers with the same OpenGL context are included.
+        A context manager that yields a list of ``ObservedPass``, which grows after each draw.
+        Passes of other tracers with the same OpenGL context are included.
         """
         return observe(self.gpu, look, fragments)
 

@@ -8,8 +8,8 @@ Names, arguments, shapes and the order of results are as in ``trimesh.ray``, wit
   computed in float64.
 * A place is a point where a ray passes through the mesh; at an edge or a vertex, it has several
   triangles. ``intersects_location`` returns each place once, with its first triangle.
-  ``intersects_id`` returns all triangles of a place, as trimesh's own engine does, or with
-  ``coincident=False`` the first, as trimesh's Embree engine does.
+  ``intersects_id`` returns all triangles of a place, as trimesh's own engine does. With
+  ``coincident=False``, it returns only the first, as trimesh's Embree engine does.
 * An invalid ray hits nothing. The length of a direction has no effect.
 """
 from __future__ import annotations
@@ -75,8 +75,8 @@ class RayMeshIntersector:
         ray_origins, ray_directions : (n, 3) float
         return_locations : whether to return the positions of the hits, too
         multiple_hits : whether to return all hits of a ray, or only the first
-        max_hits : at most this many of the nearest hits per ray, or places with
-            ``coincident=False``; None returns all
+        max_hits : largest number of hits per ray (with ``coincident=False``, of places), nearest
+            first; None returns all
 
         Returns
         -------
@@ -97,9 +97,9 @@ class RayMeshIntersector:
         """Return the places where rays hit the mesh, each place once.
 
         Two hits of a ray, for example at an edge, belong to the same place if their t are equal
-        within the float32 error bounds of ``numerics/error_bounds.py``, unless float64 proves that
-        the ray hits both triangles at different t. Thus the two sides of a thin sheet, seen from
-        afar, are two places.
+        within the float32 error bounds of ``numerics/error_bounds.py``. They belong to two places
+        if float64 proves that the ray hits both triangles at different t. Thus the two sides of a
+        thin sheet, seen from afar, are two places.
 
         Parameters
         ----------
@@ -153,8 +153,8 @@ class RayMeshIntersector:
 
     def _places(self, origins: np.ndarray, directions: np.ndarray, most: int | None
                 ) -> tuple[AllHits, np.ndarray, np.ndarray]:
-        """Return the result of ``_hits`` for the nearest ``most`` places of each ray, with only
-        their rows in the second array."""
+        """Return the result of ``_hits`` for the nearest ``most`` places of each ray. The second
+        array has only the rows of these places."""
         asked = most
         while True:
             hits, places, locations = self._hits(origins, directions, asked, True)
@@ -183,7 +183,7 @@ class RayMeshIntersector:
             pairs = (triangles, origins.astype(np.float32), directions.astype(np.float32))
             bounds, sharp = (bound_pairs(*pairs, arithmetic) for arithmetic in (FLOAT32, FLOAT64))
         # Intersect the triangle's plane in float64, within float32's error bound around the traced
-        # t: a ray nearly in the plane would get an arbitrary t.
+        # t. Without this bound, a ray nearly in the plane would get an arbitrary t.
         t = hits.t.astype(np.float64)
         reach = np.where(np.isfinite(bounds.t_bound), bounds.t_bound, 0)
         exact = np.where(np.isfinite(bounds.t), bounds.t, t)
@@ -204,8 +204,8 @@ class RayMeshIntersector:
         if origins.shape != directions.shape:
             raise ValueError(f"ray_origins {origins.shape} and ray_directions "
                              f"{directions.shape} differ")
-        # For very long or short directions, t, in units of their length, would overflow or
-        # underflow float32.
+        # t is in units of the direction's length. For a very long or short direction, t would
+        # overflow or underflow float32.
         directions = np.ldexp(directions, -np.frexp(
             np.abs(directions).max(axis=1, initial=0, keepdims=True))[1])
         tracer = self._current()
@@ -262,7 +262,7 @@ class RayMeshIntersector:
     def __deepcopy__(self, memo: Any) -> RayMeshIntersector:
         """Return an intersector of the same mesh, as trimesh's own engines do.
 
-        ``mesh.copy()`` gives the copied mesh one of trimesh's engines; set its ``ray`` again.
+        ``mesh.copy()`` gives the copy one of trimesh's engines; set the copy's ``ray`` again.
         """
         return self.__copy__()
 
@@ -311,7 +311,7 @@ def _far_centre(vertices: np.ndarray) -> np.ndarray:
 def _begins(group: np.ndarray, t: np.ndarray, reach: np.ndarray) -> np.ndarray:
     """Return whether each hit begins a new place, (m,) bool.
 
-    A hit begins a place if it differs from the hit before it in ``group``, or if their intervals
+    A hit begins a place if the hit before has another ``group``, or if the two hits' intervals
     from t - reach to t + reach are disjoint.
     """
     new = np.ones(len(t), bool)

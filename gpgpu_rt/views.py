@@ -1,7 +1,7 @@
 """Views: how an object shows itself, as a line of text and as a table in a notebook.
 
-A view shows the object's facts: pairs of a name and a text. Its time is bounded, because a
-notebook shows each result without being asked.
+A view shows the object's facts: pairs of a name and a text. The time to make a view is bounded,
+because a notebook shows each result without being asked.
 """
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from PIL import Image
 
 Facts = list[tuple[str, str]]
 
-MOST_RAYS = 1 << 20     # a view of more rays looks at an evenly distributed sample of the rays
+MOST_RAYS = 1 << 20     # a view of more rays reads a sample of at most this size, evenly spaced
 SIDE = 192              # longest side of a thumbnail, in pixels
 MISS, FAR, NEAR = 0, 60, 255    # grey levels of a depth picture
 _TEXT = 'style="text-align:left"'
@@ -29,7 +29,7 @@ def line(name: str, facts: Iterable[tuple[str, str]]) -> str:
 
 
 def table(name: str, facts: Iterable[tuple[str, str]], picture: Image.Image | None = None) -> str:
-    """Return the facts as an HTML table, beside a picture, with all texts escaped."""
+    """Return the facts as an HTML table with escaped texts, beside a picture if one is given."""
     rows = "".join(f"<tr><th {_TEXT}>{html.escape(fact)}</th>"
                    f"<td {_TEXT}>{html.escape(text)}</td></tr>" for fact, text in facts if text)
     found = f"<table><caption {_TEXT}><b>{html.escape(name)}</b></caption>{rows}</table>"

@@ -5,12 +5,12 @@ from collections.abc import Iterable
 
 import pytest
 
-# SwiftShader moves a vertex by up to half of 1/16 pixel. The tests below that have this reason
-# draw images that are 48 to 96 pixels wide, and allow smaller errors than such a shift causes.
+# SwiftShader moves a vertex by up to 1/32 pixel. The tests with this reason draw images that are
+# 48 to 96 pixels wide, and allow smaller errors than such a shift causes.
 COARSE_VERTICES = ("SwiftShader moves vertices to a grid of 1/16 pixel (GL_SUBPIXEL_BITS is 4; "
                    "Mesa has 8), so interpolated values are less exact and neighbouring patches "
                    "overlap")
-# `test_infinity_in_a_half_float_target` in tests/gl/test_angle.py shows this fault alone.
+# `test_infinity_in_a_half_float_target` in tests/gl/test_angle.py tests for this fault.
 INFINITY_IS_LOST = ("SwiftShader draws infinity into a half-float target as NaN, so the ends of "
                     "sorted rays are lost; in 32 bits, sorted rays have the right hits")
 TWO_PASSES = ("ANGLE leaves 7 render targets, and a packet of 4x2 has 8 rays, so a second pass "
@@ -18,7 +18,7 @@ TWO_PASSES = ("ANGLE leaves 7 render targets, and a packet of 4x2 has 8 rays, so
 DESKTOP_TEXT = "`gpgpu-rt program` prints the text for desktop OpenGL"
 DESKTOP_ERA = ("kernels in the era form use conversions from int to float that only desktop "
                "OpenGL has; test_angle.py tests the message")
-# words that all stand in a test's name -> why the test is skipped
+# Words -> reason. A test is skipped if its name contains all these words.
 EXCEPTIONS: dict[str, str] = {
     "test_refraction.py::test_a_slab_changes_no_direction": COARSE_VERTICES,
     "test_ray_bundles.py::test_a_furnace[0.8-6]": COARSE_VERTICES,

@@ -45,8 +45,8 @@ def _bars(axis: Any) -> Iterator[str]:
 
 def _ticks(axis: Any) -> Iterator[str]:
     """Yields a sentence for each fault of the ticks. A tick's number must be round and have no
-    exponent. An axis must have no common factor of its numbers, and a logarithmic axis at least
-    two numbers."""
+    exponent. An axis must not show a factor for all its numbers. A logarithmic axis must have at
+    least two numbers."""
     if not axis.axison:
         return
     for one in (axis.xaxis, axis.yaxis):
@@ -67,7 +67,7 @@ def _ticks(axis: Any) -> Iterator[str]:
 
 
 def _round(text: str) -> bool:
-    """Whether a number has few digits, or is a power of two."""
+    """Returns whether a number has few digits, or is a power of two."""
     digits = re.sub(r"[^\d]", "", text).strip("0")
     whole = re.sub(r"[^\d]", "", text) if "." not in text else ""
     return len(digits) <= MOST_DIGITS or bool(whole) and int(whole).bit_count() == 1

@@ -64,7 +64,7 @@ SCHEDULES: dict[str, dict[str, object]] = {
     "loop": {"schedule": "loop"},
     "step1": {"schedule": "step"},
     "step16": {"schedule": "step", "steps_per_pass": 16},
-    # Passes write states into two buffers in turn, and finished rays are masked. With an odd
+    # Passes write states into two buffers in turn, and finished rays are masked. With an odd mask
     # interval, a test fails if a ray is masked before both buffers hold its last state.
     "step1-mask3": {"schedule": "step", "mask_interval": 3},
     "kernels": {"schedule": "kernels"},
@@ -81,14 +81,13 @@ def schedules_of(row: rt.Method, names: Iterable[str] = SCHEDULES,
 
 
 # The tests marked `full` in these folders build structures, count operations or draw pages of
-# figures. What these tests assert does not depend on the OpenGL backend, so they run on one
-# backend.
+# figures. Their results do not depend on the OpenGL backend, so these tests run on one backend.
 ON_ANY_BACKEND = ("accel", "figures", "reference")
 
 
 def pytest_runtest_teardown(item: pytest.Item) -> None:
-    """Fail a test if the processor flushes denormal numbers after it. Later tests would otherwise
-    lose hits."""
+    """Fail a test if the processor flushes denormal numbers after the test. Later tests would
+    otherwise lose hits."""
     assert not flushed(), f"after {item.nodeid} the processor flushes denormal numbers to 0"
 
 
@@ -138,7 +137,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
 
 @pytest.fixture
 def exact_renderer(gpu: Gpu) -> Gpu:
-    """Skip the test if this renderer may give other bits than numpy."""
+    """Skip the test if this renderer's bits may differ from numpy's."""
     return _one_of(gpu, EXACT)
 
 
@@ -160,9 +159,8 @@ def variants(name: str) -> list[dict[str, object]]:
     one of the method's own options.
 
     Each choice of an option gives a setting, except the default and choices with which a search
-    may lose hits. For an option that is a whole number, a constant of the programs and 0 (off) by
-    default, the setting is 6. If an option needs another option, the setting also contains the
-    other option.
+    may lose hits. An integer option gives the setting 6 if it is a constant of the programs and by
+    default 0 (off). If an option needs another option, the setting also contains the other option.
     """
     settings: list[dict[str, object]] = [{}]
     for option in find_method(name).options:
@@ -178,15 +176,15 @@ def variants(name: str) -> list[dict[str, object]]:
 
 
 def buildable(name: str, given: dict[str, object]) -> bool:
-    """Return whether the builder that the options name exists for the options' device."""
+    """Return whether the options' builder can run on the options' device."""
     options = {**{option.name: option.default for option in find_method(name).options}, **given}
     builds = GPU_KD_BUILDS if name.startswith("kd-") else GPU_BUILDS
     return options.get("build_device") != "gpu" or options["build"] in builds
 
 
 def variant_pairs(name: str) -> list[dict[str, object]]:
-    """Return the settings that combine two variants. The two variants set different options, and
-    these options may be used together."""
+    """Return the settings that combine two variants, if the variants set different options that
+    may be used together."""
     single = variants(name)[1:]
     pairs = ({**one, **other} for one, other in itertools.combinations(single, 2)
              if not set(one) & set(other))
@@ -218,7 +216,7 @@ def soup_scene(count: int, seed: int, size: float = 0.2) -> rt.Scene:
 
 
 def part_of(hits: rt.Hits, some: slice) -> rt.Hits:
-    """Return the hits of the rays that ``some``, a slice or an array of indices, selects."""
+    """Return the hits of some rays. ``some`` is a slice or an array of indices."""
     return rt.Hits(*(getattr(hits, name)[some] for name in ("t", "u", "v", "triangle", "status")))
 
 
@@ -252,7 +250,7 @@ def assert_same_hits(hits: rt.Hits, oracle: rt.Hits, extent: float, allowed: flo
 
 def assert_threaded(bvh: Bvh, triangles: np.ndarray) -> None:
     """Check that a BVH has all triangles, that its nodes are in depth-first order, and that its
-    escape links are right. A node's escape link names the first node after the node's subtree.
+    escape links are right. A node's escape link is the first node after the node's subtree.
 
     The box of an inner node must be the smallest box around its children's boxes. The box of a
     leaf must contain the leaf's triangles.
@@ -287,7 +285,7 @@ def _workers() -> Iterator[Workers]:
 
 @pytest.fixture
 def workers(_workers: Workers) -> Workers:
-    """Return two workers that all tests share, after waiting for the restart of killed workers."""
+    """Wait until killed workers have restarted. Return the two workers that all tests share."""
     _workers.client.wait_for_workers(2, timeout=300)
     return _workers
 

@@ -106,8 +106,8 @@ def hits_a_ray(triangles: Array, origins: Array, directions: Array) -> Array:
 
 def _tables(triangles: Array, origins: Array, directions: Array,
             contract: bool) -> Iterator[tuple[int, Array, Array, Array]]:
-    """Yields for each block of r rays the index of its first ray, then t, u and v, (r, m) each,
-    for m triangles. Rejected pairs have infinite t."""
+    """Yields, for each block of r rays, the index of the block's first ray, then t, u and v for m
+    triangles, (r, m) each. Rejected pairs have infinite t."""
     n, m = len(origins), len(triangles)
     rows = max(1, (1 << 18) // m)
     for first in range(0, n, rows):

@@ -1,8 +1,8 @@
 """Runs the commands and the Python of a Markdown page, as a reader would.
 
-A page's blocks run in their order, in one temporary folder. So a block can use files and names
-of the blocks before it. A ``sh`` block runs as a script of the shell, and ``python`` blocks share
-their names. Comments in the page, each on the line before a block, change what happens:
+A page's blocks run in order, in one temporary folder. A block can therefore use files and names of
+earlier blocks. A ``sh`` block runs as a script of the shell, and ``python`` blocks share their
+names. Comments in the page, each on the line before a block, change what happens:
 
 ``<!-- not run: REASON -->``
     Leave the block out: it needs a display or a network, or takes too long.
@@ -83,8 +83,8 @@ def snippets(page: Path) -> list[Snippet]:
 
 
 def commands(block: Snippet) -> list[str]:
-    """Returns the commands of a ``sh`` block: joined over continued lines, without comments, and
-    with the words of ``test with`` before a pipe or a redirection."""
+    """Returns the commands of a ``sh`` block, without comments. Continued lines are joined, and
+    the words of ``test with`` are inserted before a pipe or a redirection."""
     lines = re.sub(r"\\\n\s*", "", block.text).splitlines()
     found = [re.split(r"(?:^|\s+)#", line, maxsplit=1)[0].strip() for line in lines]
     more = f" {block.value}" if block.marker == "test with" else ""
@@ -132,7 +132,7 @@ def run_page(page: Path, folder: Path) -> int:
 
 @contextlib.contextmanager
 def without_meshes(folder: Path) -> Iterator[None]:
-    """Hides the papers' meshes, since the pages show the numbers of their stand-ins."""
+    """Hides the papers' meshes, because the pages show the numbers of the stand-in scenes."""
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("GPGPU_RT_SCENES", raising=False)
         patch.setenv("XDG_DATA_HOME", str(folder / "no data"))
@@ -179,7 +179,7 @@ def missing(shown: str, said: str) -> str | None:
 
 
 def _run_commands(block: Snippet, folder: Path, _: Mapping[str, object]) -> str:
-    """Runs a block's commands in one shell, which ends at the first error, also inside a pipe.
+    """Runs a block's commands in one shell, which ends at the first error, even inside a pipe.
     Returns what the commands printed."""
     here = Path(sys.executable).parent      # the folder of the commands gpgpu-rt and python
     environment = {**os.environ, "PATH": os.pathsep.join([str(here), os.environ["PATH"]])}

@@ -19,9 +19,9 @@ from ctypes import POINTER, byref, c_char_p, c_float, c_int, c_ubyte, c_uint, c_
 from pathlib import Path
 from typing import Any
 
-# Card -> the DRM shim of the card's family (a library that stands in for the kernel's graphics
-# driver), and the environment variables that choose the chip and (for nv40) make the driver print
-# the program.
+# Card -> DRM shim of the card's family, environment variables. A shim is a library that stands in
+# for the kernel's graphics driver. The variables choose the chip and, for nv40, make the driver
+# print the program.
 CARDS: dict[str, tuple[str, dict[str, str]]] = {
     "r300": ("radeon", {"RADEON_GPU_ID": "0x4E44"}),
     "r420": ("radeon", {"RADEON_GPU_ID": "0x4A49"}),
@@ -40,7 +40,7 @@ IN_CHILD = "COMPILE_FOR_CARD_CHILD"
 
 
 class Driver:
-    """A context of the card's driver, by EGL without a surface."""
+    """An OpenGL context of the card's driver, made by EGL without a surface."""
 
     def __init__(self) -> None:
         egl = self.egl = ctypes.CDLL("libEGL.so.1")
@@ -128,7 +128,7 @@ class Driver:
 
 
 def run(drivers: Path, card: str, fragment: Path, listing: bool = False) -> str:
-    """Return what a card's driver prints of a program, in a separate process."""
+    """Compile a program in a separate process. Return what the card's driver prints."""
     found = sorted(drivers.resolve().rglob("libEGL.so.1"))
     if not found:
         sys.exit(f"no drivers in {drivers}: run tools/period_compilers.sh {drivers} first")

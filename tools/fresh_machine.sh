@@ -103,8 +103,8 @@ apt-config dump | grep -E '^Acquire::(https?|ftp|Check-)' > "$root/etc/apt/apt.c
     true
 echo "deb $mirror $SUITE main" > "$root/etc/apt/sources.list"
 
-# Copy the environment variables and pip's settings unchanged. Copy the files that they name, and
-# mount the folders that they name read-only.
+# Copy the environment variables and pip's settings unchanged. Also copy the files that these
+# settings name, and make read-only mounts of the folders that they name.
 env | grep -iE '^(https?_proxy|no_proxy|all_proxy|PIP_[A-Z_]*|SSL_CERT_(FILE|DIR)|[A-Z]*_CA_BUNDLE)=' \
     > "$root.environment" || true
 : > "$root.pip"
@@ -119,8 +119,8 @@ awk '$1 != section { section = $1; print "[" section "]" } { sub(/^[^ ]* /, "");
 { sed 's/^[^=]*=//' "$root.environment"; cat "$root.pip"; } | tr ' ' '\n' |
     sed -n 's|^\(file://\)\{0,1\}\(/.*\)$|\1\2|p' | sort -u | while read -r path; do
     real=${path#file://}
-    # A package index with a file:// address refers to files beside the index, so mount its parent
-    # folder.
+    # A package index with a file:// address refers to files beside the index, so mount the
+    # index's parent folder.
     if [ "$real" != "$path" ] && [ "$(dirname "$real")" != / ]; then real=$(dirname "$real"); fi
     if [ -f "$real" ] && [ ! -e "$root$real" ]; then
         mkdir -p "$root$(dirname "$real")" && cp "$real" "$root$real"

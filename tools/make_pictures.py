@@ -1,7 +1,7 @@
-"""Makes the pictures of README.md anew, by the project's own commands: docs/readme/.
+"""Makes the pictures of README.md in docs/readme/ anew, by the project's own commands.
 
 The scenes are stand-ins and built-in scenes, so every machine makes the same pictures, in about
-two minutes on two cores. The picture of the page needs Chromium.
+two minutes on two cores. The picture of the web page needs Chromium.
 """
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from PIL import Image
 ROOT = Path(__file__).parents[1]
 WIDTH = 300         # pixels of the small pictures
 Box = tuple[int, int, int, int]     # left, top, right and bottom in pixels
-# The parts of wide pictures that README.md shows, because the whole text would be too small to
+# README.md shows only these parts of wide pictures. In whole pictures, text would be too small to
 # read.
 VIEWER: Box = (400, 0, 1100, 514)
 TREE: Box = (730, 60, 1310, 430)
 DRAWING: Box = (549, 194, 955, 494)
 FILM = ("passes", "kitchen", "-m", "kd-restart", "--size", "128x128")
-FRAMES = 110        # number of frames of the film, at most
-FRAME_MS, LAST_MS = 90, 2500    # milliseconds for which a frame, and the last frame, are shown
+FRAMES = 110        # largest number of frames of the film
+FRAME_MS, LAST_MS = 90, 2500    # milliseconds per frame, and for the last frame
 
 
 def run(folder: Path, *words: str) -> None:

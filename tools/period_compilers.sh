@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Builds the compilers of the cards of 2002-2006 into a folder: tools/period_compilers.sh FOLDER
 #
-# Mesa still has the drivers of R300 to R580 and of NV30 to G80, and a shim by which a driver starts without
-# its card. The source package comes from the Debian mirror of this machine. Needs root, for apt-get, and
-# about ten minutes on two cores. Afterwards run tools/static_costs.py --drivers FOLDER.
+# Mesa still has the drivers of R300 to R580 and of NV30 to G80, and a shim that starts a driver without its
+# card. The source package comes from the Debian mirror of this machine. Needs root, for apt-get, and about
+# ten minutes on two cores. Afterwards run tools/static_costs.py --drivers FOLDER.
 set -euo pipefail
 
 [ $# = 1 ] || { echo "usage: tools/period_compilers.sh FOLDER" >&2; exit 2; }

@@ -38,10 +38,10 @@ if [ ! -x "$venv/bin/python" ]; then
     fi
 fi
 echo "Installing the package and its dependencies in $venv; this takes one to three minutes."
-# Print errors only (-qq). setuptools warns about the folders in package_dir, which is harmless.
+# Print errors only (-qq): a warning of setuptools about the folders in package_dir is harmless.
 "$venv/bin/python" -m pip install -qq --upgrade pip
 "$venv/bin/python" -m pip install -qq --editable '.[test,figures,report,docs,lint]'
-# setuptools' finder comes after the current folder. If this checkout's folder is named gpgpu_rt and
-# lies in the current folder, Python would import the folder itself. A path in sys.path prevents it.
+# setuptools' finder comes after the current folder. If the current folder holds this checkout under
+# the name gpgpu_rt, Python would import the folder itself. A path in sys.path prevents this.
 pwd > "$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/gpgpu_rt_checkout.pth"
 echo "Done. Next: . $venv/bin/activate"

@@ -34,8 +34,8 @@ _TGSI = re.compile(r"^ *\d+: +(?P<op>\w+) ?(?P<rest>.*)$", re.M)
 _TEMP = re.compile(r"TEMP\[(\d+)\]")
 _INPUT = re.compile(r"\bIN\[\d+\]")
 _CONSTANT = re.compile(r"(?:CONST\[0\]|IMM)\[\d+\]")
-# Number of instructions, if not one, that NV40's driver emits for a TGSI operation
-# (nvfx_fragprog.c). CMP sets NV40's condition codes and then moves each of its two values.
+# TGSI operation -> instructions that NV40's driver emits for it (nvfx_fragprog.c). Others are one.
+# CMP sets NV40's condition codes and then moves each of its two values.
 _INSTRUCTIONS = {"CMP": 3, "SSG": 3, "POW": 3, "TRUNC": 4, "CEIL": 2, "DP2": 2, "IF": 2,
                  "KILL_IF": 2, "LRP": 2, "RSQ": 2, "ELSE": 0, "ENDIF": 0, "ENDLOOP": 0}
 
@@ -62,14 +62,14 @@ def cost_of(card: str, said: str, text: str) -> dict[str, Any]:
 
 
 def _pairs(said: str) -> str:
-    """Return the pairs of vector and scalar operations of R300 to R580."""
+    """Return a program's listing for R300 to R580: pairs of vector and scalar operations."""
     last = said.rindex(_LAST_STEP) + len(_LAST_STEP)
     lines = itertools.takewhile(lambda line: line[:1] in ("#", " "), said[last:].splitlines())
     return "\n".join(line for line in lines if not line.startswith("#"))
 
 
 def _operations(said: str) -> dict[str, Any]:
-    """Return the counts of a program from its listing, which Mesa prints as TGSI.
+    """Return a program's counts from its listing in TGSI, Mesa's shader assembly.
 
     ``arithmetic`` is the number of instructions that NV40's driver emits for the operations,
     without fetches. The driver never joins operations, although the card can.
@@ -96,8 +96,8 @@ def _operations(said: str) -> dict[str, Any]:
 def _nv40_instructions(operation: str, operands: str) -> int:
     """Return the number of instructions that NV40's driver emits for an operation.
 
-    An NV40 instruction reads a single constant and a single input; the driver first copies others
-    to registers.
+    An NV40 instruction reads a single constant and a single input; the driver first copies other
+    operands to registers.
     """
     sources = operands.split(", ")[1:]
     copies = 0

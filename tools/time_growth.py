@@ -21,7 +21,7 @@ COUNTS = (100_000, 1_000_000, 10_000_000)
 # than a float can index.
 _TREE = {"quantise_nodes": 16, "octants": True, "shared_subtrees": 64}
 _EYE = {"packet": (4, 2), "entry_points": 32, **_TREE}
-# The methods for each kind of rays, in order of speed at ten million triangles. At 0.1 million,
+# The methods for each kind of rays, the fastest first at ten million triangles. At 0.1 million,
 # packets with an interval test are the fastest for eye rays.
 METHODS = {
     "eye": (("bvh-packet", _EYE), ("bvh-packet", {**_EYE, "interval_test": True}),
@@ -35,7 +35,7 @@ ALLOWED = 1.3      # largest growth of the time, divided by the growth of log(tr
 
 
 def rough_ball(count: int) -> rt.Scene:
-    """Return the rough ball as ``count`` triangles, always the same surface."""
+    """Return the rough ball as ``count`` triangles. Its surface is the same for every count."""
     triangles = ball(count)
     for height, wavelength in ((0.15, 0.5), (0.03, 0.1), (0.006, 0.02)):
         triangles = bump(triangles, height, wavelength)
@@ -49,7 +49,7 @@ def milliseconds(scene: rt.Scene, kind: str, entries: Sequence[tuple[str, dict[s
     """Return the median time of a million rays of a kind for each (method, options).
 
     The time covers the passes and the host's sorting of rays. The entries run in turn, in several
-    rounds, each first untimed to warm the caches.
+    rounds. An untimed run first warms the caches.
     """
     origins, directions = scene.camera.rays((SIZE, SIZE)) if kind == "eye" else random_rays(
         scene, SIZE * SIZE, SEED)

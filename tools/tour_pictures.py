@@ -12,9 +12,9 @@ from pathlib import Path
 
 from PIL import Image
 
-WIDTH = 1200        # pixels of the figures, at most
+WIDTH = 1200        # largest width of a figure, in pixels
 TOUR = Path(__file__).parents[1] / "docs" / "tour"
-# Each picture, with the number of its page, and the file that a command of this page writes.
+# Picture, beginning with the number of its page -> file that a command of this page writes.
 PICTURES = {
     "1-brute-force.gif": "brute/passes.gif",
     "1-pass-30.png": "brute/pass_0030.png",
@@ -42,7 +42,7 @@ def page_of(picture: str) -> Path:
 
 
 def command_of(picture: str) -> str:
-    """Return the command of a page that writes a picture."""
+    """Return the command that writes a picture, from the picture's page."""
     path = Path(PICTURES[picture])
     line = (rf"python -m gpgpu_rt\.figures --only {path.stem}" if path.parts[0] == "figures"
             else rf"gpgpu-rt .* -o {re.escape(path.parts[0])}")

@@ -1,8 +1,8 @@
 // sweep, an example: triangles are sorted along an axis and cut into runs (see sweep.py beside this file).
 //
-// A ray visits the runs in the order of its direction along the axis. Each box is widened
-// (core/slack.glsl). rest_begins uses the same expression as the slab test, so a ray exits early only if
-// the slab test would reject every remaining box.
+// A ray visits the runs in the order of its direction along the axis. Each run's box is widened
+// (core/slack.glsl). rest_begins uses the same expression as the slab test (core/box.glsl), so a ray exits
+// early only if the slab test would reject every remaining box.
 
 uniform int run_count;
 
@@ -16,7 +16,7 @@ bool goes_back(Ray ray) {
     return ray.inv_dir[AXIS] < 0.0;
 }
 
-// The smallest t at which a run that the ray has not visited can begin.
+// The smallest t at which the ray can enter `run` or a run that it visits later.
 float rest_begins(Ray ray, int run) {
     float from = goes_back(ray) ? R(sweep_run_most(run) - ray.hi_origin[AXIS])
                                 : R(sweep_run_least(run) - ray.lo_origin[AXIS]);

@@ -1,7 +1,7 @@
 """sweep, an example: sorts triangles along an axis and cuts them into runs, each with a box.
 
 Boxes around parts of a scene go back to Rubin and Whitted (1980). A ray visits the runs in the
-order of its direction along the axis, and stops as soon as no remaining run can begin before its
+order of its direction along the axis. It stops when no remaining run can begin before the ray's
 hit. ../../docs/how-to/add-a-method.md explains this file step by step.
 """
 from __future__ import annotations
@@ -17,13 +17,13 @@ from gpgpu_rt.methods import Accelerator, Method
 from gpgpu_rt.options import Option
 from gpgpu_rt.traversal.triangle_table import TRIANGLE, box_uniforms, triangle_table
 
-# A run has a box (lo, hi) and a first triangle. `least` and `most` are coordinates along the axis
-# `axis`: the lowest of this run and all later runs, and the highest of this and all earlier runs.
+# A run has a box (lo, hi) and a first triangle. `least` is the lowest coordinate along `axis` in
+# this run and all later runs; `most` is the highest coordinate in this run and all earlier runs.
 RUN = Record("sweep_run", "lo:vec3 first:int | hi:vec3 | least most")
 
 
 def prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
-    """Build the tables and uniforms of (n, 3, 3) float32 triangles."""
+    """Build the tables and uniforms for (n, 3, 3) float32 triangles."""
     axis, length = options["axis"], options["run"]
     order = np.argsort(triangles[:, :, axis].astype(np.float64).sum(axis=1), kind="stable")
     first = np.arange(0, len(order), length)

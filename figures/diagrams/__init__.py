@@ -1,1 +1,1 @@
-"""Drawings for the survey's diagrams: a small scene with its trees and rays, and passes."""
+"""Drawings for the survey's diagrams: a small scene, its trees and rays, and passes."""

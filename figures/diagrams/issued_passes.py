@@ -1,4 +1,4 @@
-"""Issued passes: the passes of a trace, with the records that each program read and wrote."""
+"""Issued passes: lists the passes of a trace, with the records that each reads and writes."""
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -10,7 +10,7 @@ from gpgpu_rt.inspect.observe import ObservedPass
 
 @dataclass
 class Issued:
-    """A draw: its kernel, and the records that it reads and writes.
+    """A draw: its kernel, and the records that the kernel reads and writes.
 
     ``kernel`` is the name that `kernel_of` returns.
     """
@@ -38,23 +38,23 @@ def record_of(sampler: str) -> str:
 
 
 def kernel_of(one: ObservedPass) -> str:
-    """The name of a pass in a diagram: its kernel or, without a kernel, its fragment program."""
+    """The name of a pass in a diagram: its kernel or, if it has none, its fragment program."""
     if one.uniforms.get("equal"):
-        return "tile_pairs, again"    # second draw: the lowest index at the nearest t
+        return "tile_pairs, again"    # this second draw finds the lowest index at the nearest t
     return one.kernel or one.name.split("/")[-1].removesuffix(".frag")
 
 
 def issued(passes: Iterable[ObservedPass], left_out: tuple[str, ...] = ()) -> list[Issued]:
-    """Observed passes, each with the records that it read and wrote.
+    """Return the observed passes, each with the records that it read and wrote.
 
     Parameters
     ----------
     left_out : names of passes that are not returned, such as passes that only count rays
     """
     kept = [one for one in passes if kernel_of(one) not in left_out]
-    # At a sampler that a program does not read, any texture may be bound. So name a texture after
-    # the record of the target that wrote it. Name only textures that no pass wrote after their
-    # samplers.
+    # If a program does not read a sampler, any texture may be bound there. Therefore name a
+    # texture after the record of the target that wrote the texture. If no pass wrote the texture,
+    # name it after its sampler.
     names: dict[int, str] = {}
     for one in kept:
         for record in one.target.records if isinstance(one.target, Target) else ():

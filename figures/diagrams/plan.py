@@ -1,4 +1,4 @@
-"""Plan: draws the scene of small_world.py from above, and its kd-tree beside it."""
+"""Plan: draws the scene of small_world.py from above, and the scene's kd-tree."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
@@ -22,7 +22,7 @@ def draw_ground(axis: Any, small: World, shaded: Mapping[int, str] | None = None
     Parameters
     ----------
     shaded : leaf -> colour
-    central : whether to write each leaf's name in its middle, without the triangles' numbers
+    central : if set, write each leaf's name in the leaf's middle, and no triangle numbers
     """
     tree = small.tree
     for node in range(len(tree.axis)):
@@ -55,9 +55,9 @@ def draw_ground(axis: Any, small: World, shaded: Mapping[int, str] | None = None
 
 
 def _clearest(small: World, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
-    """A place in a box, near the corner that is farthest from all triangles.
+    """Return a place in a box, near the corner that is farthest from all triangles.
 
-    Corners more than 0.1 from all triangles count as equally far; the first of them is chosen.
+    Corners more than 0.1 from all triangles count as equally far; the first such corner wins.
     """
     inset = np.minimum(0.03, (hi - lo) / 2)
     places = np.array([[x, y] for x in (lo[0] + inset[0], hi[0] - inset[0])
@@ -70,7 +70,7 @@ def _clearest(small: World, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
 
 
 def draw_ray(axis: Any, small: World, until: float, hit: bool = True) -> None:
-    """Draw the ray from its origin to t = ``until``, and a dot at its end if ``hit`` is set."""
+    """Draw the ray from its origin to t = ``until``. If ``hit`` is set, mark the end by a dot."""
     start, end = small.at(0)[:2], small.at(until)[:2]
     axis.annotate("", xy=end, xytext=start, zorder=6,
                   arrowprops={"arrowstyle": "-|>", "color": RAY, "lw": 1.8, "shrinkA": 0,
@@ -114,14 +114,14 @@ def tree_places(small: World) -> np.ndarray:
 def draw_tree(axis: Any, small: World, shaded: Mapping[int, str] | None = None,
               edges: Iterable[tuple[int, int]] = (), notes: Mapping[int, str] | None = None,
               planes: bool = True) -> None:
-    """Draw the tree.
+    """Draw the kd-tree.
 
     Parameters
     ----------
     shaded : node -> colour
     edges : (parent, child) pairs whose edges are drawn thick
     notes : node -> text beside an inner node or below a leaf
-    planes : whether to write the planes of splits and the triangles of leaves
+    planes : if set, write the split plane of each inner node and the triangles of each leaf
     """
     places, tree = tree_places(small), small.tree
     heavy = set(edges)
@@ -146,7 +146,7 @@ def draw_tree(axis: Any, small: World, shaded: Mapping[int, str] | None = None,
                       ha="center", va="bottom", fontsize=7.5, color=SPLITS[tree.axis[node]],
                       path_effects=_HALO, zorder=4)
         if notes and node in notes:
-            # At an inner node, write on the side without the edge to the parent.
+            # Write beside an inner node, on the side away from the edge to its parent.
             side = -1 if node % 2 else 1
             axis.text(*((x, y - 0.24) if leaf else (x + 0.3 * side, y + 0.1)), notes[node],
                       ha="center" if leaf else "right" if side < 0 else "left",

@@ -1,6 +1,6 @@
 """Small BVH: the diagrams' bounding volume hierarchy, as bvh-threaded builds and walks it.
 
-It is built over the small world's triangles, and the small world's ray walks it.
+Its triangles and its ray come from small_world.py.
 """
 from __future__ import annotations
 
@@ -51,9 +51,9 @@ class Hierarchy:
         return self.bvh.order[first:first + self.bvh.count[node]].tolist()
 
     def hit_link(self, node: int) -> int | None:
-        """The next node of the array, at which a ray that meets this node's box continues.
+        """The next node for a ray that hits this node's box: the next node of the array.
 
-        None ends the walk. At a leaf, the miss link is the same.
+        None ends the walk. A leaf's hit link equals its miss link.
         """
         return node + 1 if node + 1 < len(self) else None
 
@@ -96,7 +96,7 @@ def draw_boxes(axis: Any, found: Hierarchy, shaded: Mapping[int, str] | None = N
         axis.add_patch(Rectangle(lo, *(hi - lo), edgecolor=colour, linewidth=1.0 if leaf else 1.7,
                                  facecolor=(shaded or {}).get(node, "none"),
                                  linestyle="--" if leaf else "-", zorder=2))
-        # Sides of nested boxes lie close together. Write the names of inner nodes side by side.
+        # Sides of nested boxes lie close together, so write names of inner nodes side by side.
         at = (lo[0], hi[1]) if leaf else (lo[0] + (0.1 + 0.16 * found.depth[node])
                                           * (hi[0] - lo[0]), lo[1])
         label(axis, at, str(node), color=colour, fontsize=9)

@@ -1,4 +1,4 @@
-"""Small rays: mirrored rays in a plane and triangles across it, traced by `ray-hierarchy`."""
+"""Small rays: traces mirrored rays in a plane, and triangles across it, by `ray-hierarchy`."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -13,17 +13,17 @@ from gpgpu_rt.methods.ray_hierarchy.records import CHILDREN, PAIR
 
 RAYS, TRIANGLES = 64, 9
 PAIR_CHILDREN = "methods/ray_hierarchy/pair_children.frag"
-THICK = 0.03    # across the plane of the rays, triangles reach from -THICK to 2 * THICK
+THICK = 0.03    # triangles reach from z = -THICK to 2 * THICK; the rays lie in z = 0
 
 
 @dataclass
 class ConeLevel:
-    """A level of the hierarchy of cones, in world units.
+    """A level of the hierarchy of cones around rays, in world units.
 
     centre, radius : (nodes, 3) and (nodes,), the spheres around the rays' origins
     axis : (nodes, 3), unit vectors, the axes of the cones
-    chord : (nodes,), the largest distance between the axis and a ray's unit direction
-    reach : (nodes,), the largest distance at which the rays of the node still search
+    chord : (nodes,), the largest length of a ray's unit direction minus the axis
+    reach : (nodes,), the largest distance up to which a ray of the node searches
     """
 
     centre: np.ndarray
@@ -43,7 +43,7 @@ class Round:
     """A round of the traversal, which tests the pairs of a level of the hierarchy.
 
     pairs : (n, 2), the triangle and the node of each pair
-    slots : (n, 4, 2), the triangle and the child node in each of a pair's four slots; -1 if empty
+    slots : (n, 4, 2), the triangle and each child of the node; -1 if no ray of the child can hit
     """
 
     level: int
@@ -78,7 +78,7 @@ def scene() -> rt.Scene:
 
 
 def tested(one: ObservedPass) -> tuple[np.ndarray, np.ndarray]:
-    """The pairs that a pass read and the slots that it wrote, as in `Round`."""
+    """Return the ``pairs`` that a pass read and the ``slots`` that it wrote (see `Round`)."""
     first, count = one.uniforms["base"], one.uniforms["last_element"] + 1
     pairs = read_record(PAIR, one.inputs, lambda texels: texels[first:first + count])
     fields = one.target.fields(by_ray=lambda texels: texels[:count])
@@ -88,7 +88,7 @@ def tested(one: ObservedPass) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache(maxsize=1)
 def traversal() -> tuple[list[ConeLevel], list[Round], rt.Hits]:
-    """The levels of the hierarchy and the rounds, as read from their textures, and the hits."""
+    """Return the levels of the hierarchy, the rounds and the hits, read from textures."""
     rounds: list[Round] = []
     # Size of a level's texture -> the level's fields in the newest hierarchy.
     levels: dict[tuple[int, int], dict[str, np.ndarray]] = {}

@@ -30,8 +30,8 @@ class World:
     triangles : (n, 3, 3) float32.
     lo, hi : (nodes, 3) float32, the boxes of the tree's nodes.
     origin, direction : (3,) float32. The size of the direction's largest component lies in
-        [0.5, 1). A tracer scales directions by a power of two to this size, so here the t of the
-        kernels is the caller's t.
+        [0.5, 1). A tracer scales directions by a power of two to this size, so it keeps this
+        direction, and the kernels' t equals the caller's t.
     """
 
     scene: rt.Scene
@@ -68,7 +68,7 @@ class World:
         return self.origin.astype(np.float64) + t * self.direction.astype(np.float64)
 
     def plane_t(self, node: int) -> float:
-        """t of a split's plane, rounded as the kernels round it."""
+        """The ray's t at a split's plane, rounded as in the kernels."""
         axis = self.tree.axis[node]
         inverse = np.float32(1) / self.direction[axis]
         return float((self.tree.split[node] - self.origin[axis]) * inverse)
@@ -117,7 +117,6 @@ class Step:
 
 @dataclass(frozen=True)
 class Walk:
-    """The walk of the ray by one method, and the tracer's hit with its counters."""
     """The walk of the ray by one method: each step, and the tracer's hit with its counters."""
 
     method: str

@@ -28,8 +28,8 @@ FINER = 2       # light is gathered at FINER x FINER places in a pixel
 def scene_of(name: str) -> rt.Scene:
     """The scene of this name.
 
-    HUNG is `cornell-light` with a lamp that hangs half a millimetre under a closed ceiling, as in
-    `cornell`.
+    HUNG is `cornell-light`, but its lamp hangs half a millimetre under a closed ceiling, as the
+    lamp of `cornell` does.
     """
     if name != HUNG:
         return rt.load_scene(name)
@@ -45,7 +45,7 @@ def scene_of(name: str) -> rt.Scene:
 
 def traced_gather(bundles: RayBundles, cut: rt.Tracer, seen: Visible, count: int
                   ) -> tuple[np.ndarray, float]:
-    """Gather like ``bundles.gather``, but trace the rays by ``cut``, a tracer of the patches.
+    """Gather like ``bundles.gather``, but trace rays with ``cut``, the tracer of the patches.
 
     Returns (h, w, 3) irradiance, and the seconds of tracing.
     """
@@ -124,8 +124,8 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
     for row in result["by_resolution"]:
         row.update(_errors(row["picture"], path, out))
         row["picture"] = row["picture"].round(4).tolist()
-    # ``path`` is the mean of the pictures of both halves of the samples. Half of their difference
-    # is as large as the noise of the mean.
+    # ``path`` is the mean of two pictures, each from half of the samples. Half of the difference
+    # of these pictures estimates the noise of the mean.
     noise = _errors(halves[0], path, out)["rmse"]
     return {**result, **mine, "path_noise": noise, "path": path.round(4).tolist(),
             "out": out.tolist()}
@@ -134,8 +134,8 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
 def left_out(scene: rt.Scene, seen: Visible, size: int) -> np.ndarray:
     """(size, size) bool: pixels that the comparison leaves out.
 
-    They are the pixels of lamps, of the background and of edges, and their neighbours. There the
-    path tracer averages over the whole pixel, while bundles gather at a few places in it.
+    These are the pixels of lamps, of the background and of edges, and the neighbours of such
+    pixels. There the path tracer averages over the pixel, but bundles gather at a few places.
     """
     emits = np.array([m.emits for m in scene.materials])[scene.material_of]
     rest = (emits[seen.hits.triangle] | ~seen.hits.hit).reshape(FINER * size, -1, 1)
@@ -163,7 +163,7 @@ def _smaller(picture: np.ndarray, size: int) -> np.ndarray:
 
 
 def _near(some: np.ndarray) -> np.ndarray:
-    """(h, w) bool: the pixels in ``some``, and their neighbours."""
+    """(h, w) bool: the pixels that are set in ``some``, and their neighbours."""
     wide = np.pad(some, 1)
     h, w = some.shape
     return np.any([wide[y:y + h, x:x + w] for y in range(3) for x in range(3)], axis=0)

@@ -58,11 +58,11 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
             ) -> dict[str, Any]:
     """Compare caustics mapping with traced photons.
 
-    ``seconds`` of the result has the times of alternating runs. The mapping estimates a photon's
-    distance to its receiver several times. For each number of estimates in ``guesses``, ``apart``
-    has the median and the 90 % quantile of the distances between mapped and traced landings, and
-    ``lost`` has the share of light whose mapped photons do not land. ``rasterised`` and ``traced``
-    are pictures of the two maps, (size, size), seen as if the refractor were not there.
+    In the result, ``seconds`` has the times of alternating runs. The mapping improves its estimate
+    of a photon's distance to the receiver step by step. For each number of estimates in
+    ``guesses``, ``apart`` has the median and the 90 % quantile of the distance between a photon's
+    mapped and traced landing. ``lost`` has the share of light whose mapped photons do not land.
+    ``rasterised`` and ``traced`` are pictures of both maps, (size, size), without the refractor.
     """
     scene = scene_of(name)
     seconds: dict[str, list[float]] = {"rasterised": [], "traced": []}

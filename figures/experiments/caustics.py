@@ -1,4 +1,4 @@
-"""Caustics mapping (Shah, Konttinen, Pattanaik 2007; survey, section 5) beside traced photons."""
+"""Caustics mapping (Shah et al. 2007; survey, section 5), compared with traced photons."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -18,11 +18,11 @@ TILE = 64    # rays in a tile
 
 def needed_nodes(bvh: Bvh, origins: np.ndarray, directions: np.ndarray,
                  t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Find the nodes whose boxes rays meet before their hits, which every traversal must visit.
+    """Find the nodes whose boxes a ray meets before its hit. Every traversal must visit them.
 
     Parameters
     ----------
-    origins, directions : (n, 3) float, no NaN among them
+    origins, directions : (n, 3) float, without NaN
     t : (n,), the t at which each ray's search ends
 
     Returns
@@ -88,7 +88,7 @@ def divergence(steps: np.ndarray, tile_of: np.ndarray) -> float:
 
 @contextmanager
 def observe_order(tracer: rt.Tracer) -> Iterator[list[np.ndarray]]:
-    """Collect the order of rays of each trace within the context, for a tracer that sorts rays.
+    """Collect the orders in which the tracer sorts the rays of the traces within the context.
 
     An order is (n,) int32, the indices of the rays in sorted order.
     """

@@ -17,7 +17,7 @@ WORK = "conformance"
 
 
 def measure(rays: int) -> dict[str, Any]:
-    """Return the results of one method of this project and of every engine that is installed.
+    """Return the results of one method of this project and of all installed engines.
 
     The suite starts a process for each engine with multiprocessing, which Python forbids in a
     worker process. Therefore this function runs `gpgpu-rt conform` as a subprocess.

@@ -22,12 +22,12 @@ from ..survey.fig22_large_scenes import FAST
 from ..survey.fig22_large_scenes import FIGURE as PACKETS
 
 SCENES = ("cornell", "shirley6", "bunny", "robots", "kitchen", "conference", "sodahall")
-HUGE = ("sodahall",)     # at full size only, because building its stand-in takes minutes
+HUGE = ("sodahall",)     # at full size only, because building the stand-in takes minutes
 
 
 @dataclass(frozen=True)
 class EngineColumn:
-    """A way to trace rays. ``threads`` is None if the renderer chooses the number of threads."""
+    """A way to trace rays. ``threads`` is None for fragment programs."""
 
     label: str
     method: str
@@ -36,8 +36,8 @@ class EngineColumn:
 
 
 def columns() -> list[EngineColumn]:
-    """Return the columns: Embree on one thread and, if there are several cores, on all threads;
-    then two methods with packets and one with single rays, as fragment programs."""
+    """Return the columns: Embree on one thread and, with several cores, on all threads; then
+    fragment programs, two with packets and one with single rays."""
     packets = next(column for column in PACKETS.columns if column.label == FAST)
     several = [EngineColumn(embree(CORES).name, ON_CPU, (("threads", CORES),), CORES)]
     return [EngineColumn(EMBREE, ON_CPU, (), 1), *(several if CORES > 1 else []),
@@ -85,7 +85,7 @@ def rows(data: Path, full: bool) -> list[dict[str, Any]]:
                 continue
             peak = result.get("peak")
             if column.threads is None and peaks:
-                # A card's peak is not known. Use the rate of fragment programs on this card.
+                # A card's peak is not known. Use the rate that multiply-adds reach on the card.
                 peak = peaks[0] if is_software(result["gpu"]["renderer"]) else {
                     "nominal": peaks[0]["fragments"]}
             nominal = peak["nominal"] if peak else None

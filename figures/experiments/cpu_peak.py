@@ -1,4 +1,4 @@
-"""CPU peak: the processor's nominal arithmetic rate, and the rates that programs reach."""
+"""CPU peak: finds the processor's nominal arithmetic rate, and the rates of programs."""
 from __future__ import annotations
 
 import functools
@@ -16,15 +16,15 @@ from gpgpu_rt.gl.environment import processors
 from gpgpu_rt.gl.full_screen import FullScreenPass
 from gpgpu_rt.gl.textures import make_texture
 
-# Flag of a processor -> single precision operations per core and clock. The processor's first flag
-# in this list decides. A core is assumed to have two vector units. With fused instructions both
-# units multiply and add; without, one multiplies and the other adds.
+# Flag of a processor -> single precision operations per core and clock. The first entry whose flag
+# the processor has decides. A core is assumed to have two vector units. With fused instructions,
+# both units multiply and add; without them, one unit multiplies and the other adds.
 A_CLOCK = (("avx512f", 64), ("fma", 32), ("avx", 16), ("sse2", 8))
 BASE = Path("/sys/devices/system/cpu/cpu0/cpufreq/base_frequency")   # kHz
 MATRIX = 768   # rows of the matrices whose product is timed
 SIDE = 512     # side in pixels of the render target of the timed fragment program
 TURNS, ROUNDS = 64, 8             # iterations of the fragment program's two nested loops
-FLOPS_A_FRAGMENT = TURNS * ROUNDS * 3 * 4 * 2     # 3 multiply-adds of vec4 an iteration
+FLOPS_A_FRAGMENT = TURNS * ROUNDS * 3 * 4 * 2     # 3 multiply-adds of vec4 per iteration
 RUNS = 5       # timed runs of the fragment program, after a warm-up run
 
 
@@ -37,7 +37,7 @@ def peak(count: int) -> dict[str, Any]:
     nominal : clock times operations per clock times cores, or None if a factor is unknown.
     attained : the rate of numpy's matrix product on all threads, the fastest of several runs.
     fragments : the rate of multiply-adds in fragment programs of the current renderer.
-    clock, a_clock, cores : the factors of nominal; ``cores`` are those that the threads can use.
+    clock, a_clock, cores : the factors of nominal; ``cores`` counts those that run the threads.
     model, threads : the processor's model, and ``count``.
     clock_is : words that say whether ``clock`` is the base clock or the current clock.
     """
@@ -56,8 +56,8 @@ def peak(count: int) -> dict[str, Any]:
 def clock_of(facts: Mapping[str, str], base: Path) -> tuple[float | None, str]:
     """The clock in Hz, and words that say which clock it is.
 
-    The base clock comes from the file ``base`` or the model's name. Without either, the clock is
-    the current one, or None if unknown.
+    The base clock comes from the file ``base`` or the model's name. If neither has it, the clock
+    is the current clock, or None if unknown.
     """
     try:
         return 1e3 * float(base.read_text()), "the base clock, as cpufreq says"

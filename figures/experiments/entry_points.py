@@ -1,7 +1,7 @@
 """Entry points and rasterised bounds: passes at low resolution that shorten the search of rays.
 
-Multi-level entry points: Reshetov et al. 2005, for CPUs. Bounds by rasterisation: proposed but not
-measured in the survey's section 5.
+Multi-level entry points are by Reshetov et al. (2005), for CPUs. Section 5 of the survey proposes
+bounds by rasterisation, but measures nothing.
 """
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def row(scene: str, label: str, plain: dict[str, Any], treated: dict[str, Any]
         ) -> dict[str, Any]:
     """The page's row for two measurements, without and with entry points or bounds.
 
-    ``nodes_of_beams`` is the number of nodes that all beams visit per ray; 0 for bounds, which
-    have no beams.
+    A beam holds the rays of a tile. ``nodes_of_beams`` counts the nodes that all beams visit,
+    divided by the rays; it is 0 for bounds, which have no beams.
     """
     nodes, left = (each["counters"]["nodes_visited"] for each in (plain, treated))
     driver = treated["driver"]

@@ -1,4 +1,4 @@
-"""Era machine: how well the machine model predicts the published times of the papers' cards.
+"""Era machine: tests how well the machine model predicts the times of the papers' cards.
 
 This page sums up the predictions of Figures 12, 13, 16, 20 and 22, and varies the model's
 assumptions.
@@ -19,7 +19,7 @@ from ..framework.predicted_times import PredictedRow
 from ..survey.on_cards import ON_CARDS
 from .era_machine_page import write_page
 
-# Figure 22 repeats these numbers of Figure 16. The median leaves them out.
+# A figure and a column. The column repeats numbers of Figure 16, so the median leaves it out.
 REPEATED = ("fig22", "kd-ropes-packet")
 
 
@@ -29,8 +29,8 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(data: Path, full: bool) -> list[PredictedRow]:
-    """Return a row for each published number and form of the card's program (`era_counts`) whose
-    counts are measured."""
+    """Return a row for each published number and each form of the card's program (`era_counts`),
+    if the counts of this form are measured."""
     return [row for figure in ON_CARDS for row in predicted_times.rows(figure, data, full)]
 
 
@@ -47,7 +47,7 @@ def median_miss(found: Sequence[PredictedRow], assumed: Assumptions = ASSUMED) -
 
 
 def parts(found: Sequence[PredictedRow]) -> dict[str, tuple[int, float]]:
-    """Return the number of scored rows and the `median_miss` of three parts of the rows."""
+    """Return, for each of three parts of the rows, the number of scored rows and `median_miss`."""
     some = {"eye rays of a view that the scene's data set publishes":
             [row for row in found if row.published_view],
             "rays whose view or light is chosen here":
@@ -59,8 +59,8 @@ def parts(found: Sequence[PredictedRow]) -> dict[str, tuple[int, float]]:
 
 def orders(found: Sequence[PredictedRow], assumed: Assumptions = ASSUMED) -> dict[
         tuple[str, str], float]:
-    """Return tau-b (kendall.py) between predicted and published times, over the scored rows of
-    each figure and panel.
+    """Return tau-b (kendall.py) between the predicted and the published times of the scored rows,
+    for each figure and panel.
 
     A panel whose published times give no order is left out.
     """

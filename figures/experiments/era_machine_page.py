@@ -1,4 +1,4 @@
-"""Era machine page: the table, the sentences on missed targets and the chart of `era_machine`."""
+"""Era machine page: writes the tables, the sentences on targets and the chart of era_machine."""
 from __future__ import annotations
 
 import math
@@ -77,9 +77,9 @@ def write_page(found: Sequence[PredictedRow], misses: Mapping[str, float],
 
     Parameters
     ----------
-    misses : the median of |log2 ratio| by assumption; the first entry changes no assumption
-    taus : tau-b by figure and panel
-    parts : the number of predictions and their median of |log2 ratio|, for parts of the rows
+    misses : assumption -> the median of |log2 ratio|; the first entry changes no assumption
+    taus : (figure, panel) -> tau-b
+    parts : part of the rows -> the number of predictions, and the median of |log2 ratio|
     """
     times = [row.time() for row in found]
     lines = [(*_words(row), row.scored, row.published, 1e9 * time.seconds, row.ratio(),
@@ -127,7 +127,7 @@ def bars(misses: Mapping[str, float], taus: Mapping[tuple[str, str], float]) -> 
 
 
 def by_method(found: Sequence[PredictedRow]) -> list[tuple[Any, ...]]:
-    """Return the median, lowest and highest log2 ratio of the scored rows by figure and method."""
+    """Return the number, median, minimum and maximum of the scored log2 ratios by method."""
     groups: dict[tuple[str, ...], list[float]] = {}
     for row in found:
         if row.scored:
@@ -140,8 +140,8 @@ def by_method(found: Sequence[PredictedRow]) -> list[tuple[Any, ...]]:
 def far_off(found: Sequence[PredictedRow]) -> list[str]:
     """Return a sentence for each scored row that is off by more than FAR, the farthest first.
 
-    The sentence compares the instructions that the card can issue in a run's published time with
-    the instructions that the run takes.
+    The sentence compares two numbers for a run of a kernel: the instructions that the card can
+    issue in the published time, and the instructions that the run takes.
     """
     far = sorted((row for row in found if row.scored and abs(math.log2(row.ratio())) > FAR),
                  key=lambda row: -abs(math.log2(row.ratio())))

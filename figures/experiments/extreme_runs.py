@@ -11,8 +11,8 @@ from gpgpu_rt.conform.case import FAMILIES, Case
 from gpgpu_rt.conform.families import make_case
 
 SEED = 1
-# Cases whose rays need more steps than some measurements' step cap. They are traced without this
-# cap.
+# Cases whose rays need more steps than the step cap of some measurements. These cases are traced
+# without the cap.
 LONG = ("coincident", "long-way")
 
 

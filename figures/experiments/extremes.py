@@ -21,7 +21,7 @@ PRECISIONS = ({"precision": "fp24"}, {"precision": "fp16"})
 STORED = tuple({"storage": "fp16", "rounding": rounding} for rounding in ("nearest", "chop", "up"))
 # The step cap in settings in which rays may loop forever. Most rays need far fewer steps.
 CAP = 10_000
-# The quick size measures these methods with all settings, all others with their defaults only.
+# The quick size measures these methods with all settings, and all other methods with defaults.
 DETAIL = ("grid", "kd-restart", "bvh-threaded")
 CATEGORIES = ("leak", "false hit", "wrong triangle", "wrong distance", "unfinished")
 
@@ -43,8 +43,8 @@ def settings_of(row: Any) -> list[dict[str, Any]]:
 def cells(full: bool) -> list[Cell]:
     """Return the cells of every setting of every method.
 
-    The quick size leaves out methods without the schedule `loop`, and relaxed settings outside
-    DETAIL.
+    The quick size leaves out methods without the schedule `loop`. Of methods outside DETAIL, it
+    keeps only the defaults.
     """
     return [Cell("extremes", row.name, tuple(options.items()), 128 if full else 24, "extremes", 1)
             for row in rt.methods() if full or "loop" in row.schedules

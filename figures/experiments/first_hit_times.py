@@ -37,6 +37,6 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int,
 
 
 def ratio(found: dict[str, dict[str, Any]], kind: str) -> float:
-    """The speed of a source of first hits relative to tracing, in the median over the runs."""
+    """The time of tracing divided by the time of a source of first hits, as a median of runs."""
     pairs = zip(found["traced"]["seconds"], found[kind]["seconds"])
     return statistics.median(traced / took for traced, took in pairs)

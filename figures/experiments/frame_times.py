@@ -1,4 +1,4 @@
-"""Frame times: for each frame of a moving scene, the time to update the structure and to trace."""
+"""Frame times: measures the update and the trace of each frame of a moving scene."""
 from __future__ import annotations
 
 import contextlib
@@ -20,7 +20,7 @@ CAMERAS = {"cloth": rt.Camera((-1.9, 1.7, 2.6), (0.0, -0.1, 0.1), fov=40),
            "walker": rt.Camera((-5.4, 5.0, 8.6), (0.0, 0.8, 0.2), fov=40)}
 FIRST = {"kitchen-moving": 250}     # the frame at which a scene begins to show motion; default 0
 STRIDE = 4   # number of animation frames from one measured frame to the next
-# The cell option with which another process builds the next frame's structure (`Tracer.updates`).
+# With this option of a cell, another process builds the next structure (`Tracer.updates`).
 AHEAD = ("build_ahead", True)
 
 
@@ -28,17 +28,17 @@ def measure(scene: str, method: str, options: Mapping[str, Any], size: int,
             frames: int) -> dict[str, Any]:
     """Measure the times of each frame, in seconds, for size x size eye rays.
 
-    Without an animation, unchanged triangles are updated, as by a program that does not know that
-    nothing moves. With AHEAD, another process builds each frame's structure while the frame before
-    is traced; the time of an update is then the wait for this build and the writing of its tables.
-    The frame that starts the process is not counted.
+    If a scene has no animation, each update writes the same triangles, as in a program that does
+    not know that nothing moves. With AHEAD, another process builds the next frame's structure
+    during the trace of a frame. An update is then the wait for this build and the writing of the
+    tables. The frame that starts the process is not counted.
 
     Returns
     -------
     update, trace : lists with the times of each measured frame
     rebuilt : number of frames whose structure was rebuilt
-    differing : number of rays, over all frames, whose hit distance differs from that of a tree
-        built for the frame
+    differing : number of rays, over all frames, whose hit distance differs from the distance in
+        a tree built for the frame
     """
     start = _start(scene)
     rays = start.camera.rays((size, size))
@@ -88,7 +88,7 @@ def _moves(tracer: rt.Tracer, first: np.ndarray, vertices: list[np.ndarray],
 
 @functools.lru_cache(maxsize=4)
 def _start(scene: str) -> rt.Scene:
-    """The scene before the measured frames, with their camera.
+    """The scene before the measured frames, with the camera of these frames.
 
     An animated scene has no normals: hits do not need normals, and each frame would compute them
     anew.

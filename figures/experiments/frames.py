@@ -1,4 +1,4 @@
-"""Frames: the time per frame of moving scenes, with refitted and with rebuilt structures."""
+"""Frames: compares the frame times of moving scenes with refitted and rebuilt structures."""
 from __future__ import annotations
 
 import statistics

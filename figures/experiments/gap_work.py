@@ -1,6 +1,6 @@
-"""Gap work: measurements shared by several experiments (survey, sections 4.3 to 5).
+"""Gap work: makes measurements for several experiments (survey, sections 4.3 to 5).
 
-retention, simd_width, stacks and ideal_hardware use them.
+The experiments are retention, simd_width, stacks and ideal_hardware.
 """
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # methods whose 
 
 def measure(kind: str, scene: rt.Scene, rays: Workload, method: str,
             options: dict[str, Any]) -> dict[str, Any]:
-    """Make a measurement of a kind."""
+    """Make the measurement of this kind (KINDS)."""
     return {MOVED: _moved, DONE: _done, STACKS: _stacks}[kind](scene, rays, method, options)
 
 
@@ -55,7 +55,7 @@ def _moved(scene: rt.Scene, rays: Workload, method: str,
            options: dict[str, Any]) -> dict[str, Any]:
     """Return the bytes that all passes move, from the pass log.
 
-    ``rays`` has the bytes read of rays, ``state`` the bytes read of states and hits.
+    ``rays`` counts the bytes that are read of rays, ``state`` those of states and hits.
     """
     with rt.Tracer(scene, method, **options) as tracer:
         with tracer.gpu, logged(tracer.gpu, Statistics()) as log:
@@ -76,9 +76,9 @@ def _moved(scene: rt.Scene, rays: Workload, method: str,
 
 def _done(scene: rt.Scene, rays: Workload, method: str,
           options: dict[str, Any]) -> dict[str, Any]:
-    """Return each kernel's runs, the lanes that they occupy at each width, and the cache misses.
+    """Return each kernel's runs, the lanes of these runs at each SIMD width, and cache misses.
 
-    Squares of rays are traced; with ``sort_rays`` they are filled in the rays' sorted order. A
+    Only squares of rays are traced. With ``sort_rays``, rays in sorted order fill the squares. A
     packet counts as one fragment.
     """
     ordered = options.pop("sort_rays", False)
@@ -115,7 +115,7 @@ def _missed(trace: KernelTrace, tracer: rt.Tracer) -> dict[str, int]:
 
 
 def _sorted_squares(scene: rt.Scene, rays: Workload) -> np.ndarray:
-    """Return squares side by side, (SIDE, SPREAD * SPREAD * SIDE), of rays in their sorted order.
+    """Return ray indices in sorted order, (SIDE, SPREAD * SPREAD * SIDE): squares side by side.
 
     Consecutive rays fill a square along a Morton curve, so rays close in the order are close in
     the square.

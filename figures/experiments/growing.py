@@ -1,6 +1,6 @@
 """Growing: ten scenes. Each needs more features of the renderer than the scene before.
 
-All have the same triangles: a bunny, a floor, a square above them and two balls.
+All scenes have the same triangles: a bunny, a floor, a square above both, and two balls.
 """
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ SCENES = ("kitchen", "conference")
 # of the papers' cards. These compilers cannot compile kernels of kd-stack (docs/era.md).
 METHODS = ("kd-restart", "kd-texture-stack", "bvh-threaded")
 CARD, TREE = "G80", "kd-texture-stack"     # TREE: the method of the prototypes, which have a stack
-BVH = "bvh-threaded"     # Benthin et al. used a BVH on the Cell; here its traversal has no stack
+BVH = "bvh-threaded"     # Benthin et al. used a BVH on the Cell; this method has no stack
 HEADS = ("scene", "method", "machine", "shader ns", "steps ns", "tests ns", "memory ns",
          "waiting ns", "ns a ray", "Mrays/s", "bound by", "published Mrays/s")
 
@@ -51,8 +51,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def leasts(method: str, work: dict[str, Any]) -> dict[str, Least]:
-    """Return each machine's time at its peak rates for ``work``, a result of `gap_work.measure`.
-    """
+    """Return each machine's time for ``work`` (a result of `gap_work.measure`) at peak rates."""
     card, made = find_card(CARD), machines()
     costs = {name: loop_costs(name, method, **dict(_options(method)))
              for name in (CARD.lower(), made["RPU"].compiler, made["Cell"].compiler)}

@@ -1,6 +1,6 @@
-"""Lost rays: the eye rays whose hits a method's number format loses or changes.
+"""Lost rays: finds the eye rays whose hits a method's number format loses or changes.
 
-Cells whose ``work`` is "lost rays" count them against an exact method.
+The hits are compared with the hits of an exact method.
 """
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ import numpy as np
 import gpgpu_rt as rt
 
 WORK = "lost rays"
-EXACT = "bvh-packet"    # any method does: in fp32 all have the same hits
+EXACT = "bvh-packet"    # in fp32 all methods have the same hits
 
 
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:
-    """Return the numbers of wrong eye rays, a map of them, and the error of t.
+    """Return the numbers of wrong eye rays, a map of the wrong rays, and the error of t.
 
-    ``hit`` is the number of rays that should hit; ``lost`` of these rays have no hit, and
-    ``other`` hit another triangle. ``false`` rays hit although they should miss. ``t_error`` is
-    the median relative error of t over the rays with the right triangle, or None without such
-    rays. ``map`` has two bit maps of the image in base64, row by row: the lost rays, then the rays
-    with a wrong hit.
+    ``hit`` counts the rays that should hit. Of these rays, ``lost`` counts those without a hit,
+    and ``other`` those that hit another triangle. ``false`` counts the rays that hit but should
+    miss. ``t_error`` is the median relative error of t over the rays with the right triangle, or
+    None. ``map`` has two bit maps of the image in base64, row by row: of the
+    lost rays, and of the rays with a wrong hit.
     """
     rays = scene.camera.rays((size, size))
     with rt.Tracer(scene, EXACT) as tracer:

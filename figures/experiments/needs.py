@@ -41,7 +41,7 @@ def row_of(step: int, found: dict[str, Any]) -> list[Any]:
 
 
 def _agreement(rows: list[list[Any]]) -> str:
-    """Whether the two renderers' pictures agree. A row's last value counts differing pixels."""
+    """Say whether the renderers' pictures agree. A row's last value counts differing pixels."""
     worst = max(row[-1] for row in rows)
     return ("The two pictures of each scene are the same to the bit." if worst == 0 else
             f"The two pictures of a scene differ in up to {worst:,} pixels.")

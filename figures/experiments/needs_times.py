@@ -51,8 +51,8 @@ def measure(step: int, method: str, size: int, runs: int, name: str = "bunny") -
     -------
     dict
         "derived" and "all" hold the costs of the two renderers: the median ``seconds``, each of
-        COUNTS, and ``passes_by_name``. ``ratio`` is the median over the pairs of the derived
-        renderer's seconds divided by the other's. ``differing`` is the number of differing pixels.
+        COUNTS, and ``passes_by_name``. ``ratio`` is the derived renderer's time divided by
+        the other's, as a median over the pairs. ``differing`` is the number of differing pixels.
         ``present`` names the properties that the derived renderer supports.
     """
     scene = scenes(name)[step]

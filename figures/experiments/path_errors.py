@@ -1,4 +1,4 @@
-"""Path errors: the errors of path traced pictures, by number of samples.
+"""Path errors: measures the errors of path traced pictures, by number of samples.
 
 A furnace (a closed box whose walls emit and reflect evenly) is compared with a formula. The
 Cornell box is compared with an independent renderer (measured/README.md).
@@ -53,9 +53,9 @@ def relative_error(found: np.ndarray, truth: np.ndarray) -> float:
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:
     """Return mean relative errors by number of samples.
 
-    The entry "scene" is the error of the scene's pixels; the truth's own noise is subtracted in
-    squares. The entry "furnace" is the error of the furnace's pixels, and "furnace_mean" is the
-    error of their mean.
+    "scene" is the error of the scene's pixels; the square of the truth's own noise is subtracted
+    from the square of the error. "furnace" is the error of the furnace's pixels, and
+    "furnace_mean" is the error of their mean.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Path noise: the error of path tracing by number of samples, with Sobol' and random points."""
+"""Path noise: draws the error of path tracing by samples, for Sobol' and for random points."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Ray bundles (survey, section 5), beside traced bundles and path tracing.
+"""Ray bundles (survey, section 5), compared with traced bundles and path tracing.
 
 Ray bundles gather light by parallel projections of the scene, in layers separated by depth
 peeling.

@@ -1,7 +1,7 @@
-"""Ray space: whether tables over rays suit graphics hardware (survey, Table 1).
+"""Ray space: tests whether tables over rays suit graphics hardware (survey, Table 1).
 
-Compares ray classification and the visibility field with a kd-tree and a BVH, by memory, rates and
-candidates: the triangles that a ray tests.
+It compares ray classification and the visibility field with a kd-tree and a BVH: by memory, by
+rates, and by candidates, the triangles that a ray tests.
 """
 from __future__ import annotations
 

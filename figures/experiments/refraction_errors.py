@@ -27,10 +27,10 @@ def measure(name: str, method: str, options: dict[str, Any], size: int,
             runs: int) -> dict[str, Any]:
     """Compare image-space refraction with traced rays and with the truth.
 
-    ``seconds`` has the times of the rasterised passes and of the two sets of traced rays, which
-    run alternately. ``triangles`` is the number of triangles. All other entries have a value for
-    each pixel, row by row. ``found`` and ``truth`` are the directions of the refracted light by
-    passes and by float64 rays; ``off`` is the angle between them in degrees. ``kind`` and
+    ``seconds`` has the times of alternating runs: of the rasterised passes, and of the traced eye
+    rays and refracted rays. ``triangles`` is the number of triangles. All other entries have a
+    value for each pixel, row by row. ``found`` and ``truth`` are the directions of the refracted
+    light by passes and by float64 rays; ``off`` is the angle between both in degrees. ``kind`` and
     ``right`` say what the pixel shows by passes and by float64 rays (the kinds of refraction.py).
     """
     scene = scene_of(name)

@@ -1,6 +1,6 @@
-"""Data retention (survey, section 4.3): the bytes that passes move.
+"""Data retention (survey, section 4.3): counts the bytes that passes move.
 
-A pass keeps no ray on the chip for the next, so each pass moves rays and states again.
+A pass keeps no ray on the chip for the next pass, so each pass moves rays and states again.
 """
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """The table's rows, for methods measured under ``loop``."""
+    """Return the table's rows, without methods that are not measured under ``loop``."""
     card, found = find_card(CARD), []
     for method in METHODS:
         results = {s: read(_cell(method, s, full), data) for s in SCHEDULES}

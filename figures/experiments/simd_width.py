@@ -40,7 +40,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def lanes(one: dict[str, Any], width: int) -> int:
-    """Return the lanes' runs, busy or waiting, of kernels that visit nodes or test triangles."""
+    """Count the runs of all lanes, busy or waiting, in kernels that visit nodes or triangles."""
     return sum(count for kernel, count in one["lanes"][str(width)].items() if kernel not in WITHIN)
 
 

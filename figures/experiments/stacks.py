@@ -1,4 +1,4 @@
-"""Stacks (survey, section 4.3): the bytes that a ray keeps on the chip, and the rays in flight."""
+"""Stacks (survey, section 4.3): counts the on-chip bytes of a ray, and the rays in flight."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
@@ -22,7 +22,7 @@ from ..framework.results import finished, read
 from .gap_work import COMPILED, DONE, SIDE, STACKS
 
 SCENE, CARD = "kitchen", "G80"
-WARP, CLOCKS = 32, 4      # rays of a warp; clocks of a warp's instruction
+WARP, CLOCKS = 32, 4      # rays in a warp; clocks per instruction of a warp
 MEMORIES = range(512, 128 * 1024 + 1, 512)    # on-chip bytes of a multiprocessor
 CHANNEL = 4               # bytes
 INVERSE = 3 * CHANNEL     # bytes of a direction's inverse, which a loop computes once
@@ -51,8 +51,8 @@ METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int, int | None]] = {
     "kd-stack": ("kd-stack", (), KD_ENTRY, None),
     "bvh-threaded octants": ("bvh-threaded", (("octants", True),), 0, 0),
     "bvh-stack": ("bvh-stack", (), NODE, None)}
-# Label -> the method to compile and trace, if not the label's own. kd-texture-stack has kd-stack's
-# walk, with its stack in textures.
+# Label -> the method to compile and trace, if not the label's own. kd-texture-stack walks as
+# kd-stack does, but its stack lies in textures.
 KERNELS = {"kd-stack": "kd-texture-stack"}
 # Label -> the method whose states show how deep the stack is.
 DEPTHS = {"kd-stack": "kd-texture-stack", "bvh-stack": "bvh-stack"}
@@ -130,8 +130,8 @@ class OnChip:
     def fitting(self, memory: int) -> int:
         """Return how many rays fit on a multiprocessor, in whole warps.
 
-        Their states must fit into its registers, their stacks into ``memory`` bytes, and their
-        number within the card's limit of resident rays.
+        The rays' states must fit into the registers, and their stacks into ``memory`` bytes. Their
+        number is at most the card's limit of resident rays.
         """
         card = machines()[CARD]
         states = card.registers // (self.registers * WARP) * WARP
@@ -162,7 +162,7 @@ class Flight:
         return WARP * self.clocks / (CLOCKS * self.work.instructions)
 
     def rate(self, memory: int) -> float:
-        """Rays per second of the card, with this memory for stacks."""
+        """Rays per second, with ``memory`` bytes for stacks per multiprocessor."""
         card = machines()[CARD]
         return min(self.peak, card.multiprocessors * self.kept.fitting(memory) * card.clock
                    / self.clocks)

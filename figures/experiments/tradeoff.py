@@ -16,9 +16,9 @@ from ..framework.results import finished
 from ..framework.works import picture_size
 
 SCENES = ("bunny", "cornell")
-# At the quick size, only these methods are measured with all options, and most others in fp32 and
-# fp16. Packets are measured in fp32 only: their results equal those of single rays, and their
-# programs take seconds to compile.
+# At the quick size, only these methods are measured with all options. Most other methods are
+# measured in fp32 and fp16, and packets in fp32 only: the results of packets equal those of single
+# rays, and programs for packets take seconds to compile.
 DETAIL = ("kd-restart", "bvh-threaded")
 # These methods get a quarter of the rays, like methods without the schedule `loop`. On the bunny
 # they are measured with their defaults only, because every other precision takes minutes.
@@ -32,7 +32,7 @@ def scenes(full: bool) -> tuple[str, ...]:
 
 
 def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
-    """Return the settings: each precision, triangle test, and option value that may lose hits.
+    """Return the settings: precisions, triangle tests, and values of options that may lose hits.
 
     Options vary only in full precision. On the first scene, methods in SLOW have their defaults
     only. At the quick size, methods outside DETAIL vary only the precision.
@@ -129,7 +129,7 @@ def _label(row: dict[str, Any]) -> str:
 
 def _chart(rows: list[dict[str, Any]], fronts: dict[str, list[dict[str, Any]]], path: Path,
            footnote: str) -> None:
-    """Draw both errors against the rate, with a column of charts a scene."""
+    """Draw both errors against the rate, with a column of charts for each scene."""
     figure, axes = plt.subplots(2, len(fronts), squeeze=False,
                                 figsize=(2.5 + 7.5 * len(fronts), 12))
     named = []
@@ -157,10 +157,10 @@ def _chart(rows: list[dict[str, Any]], fronts: dict[str, list[dict[str, Any]]], 
 
 def _plot(axis: Any, rows: list[dict[str, Any]], key: str, unit: float,
           front: list[dict[str, Any]]) -> list[tuple[float, float, str]]:
-    """Draw an error against the rate. Return the marks with their labels, the front's first.
+    """Draw an error against the rate. Return marks and labels, with the front's marks first.
 
     ``front`` are the rows that no other row beats in both rate and error. A label is the method's
-    name and the options that are not the default. The colour of a mark says the precision.
+    name and the options that are not the default. The colour of a mark shows the precision.
     """
     def place(row: dict[str, Any]) -> tuple[float, float]:
         return row["rays_per_second"] / 1e6, unit * max(row[key], 1e-9)

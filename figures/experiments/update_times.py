@@ -1,4 +1,4 @@
-"""Update times: how long a method takes to build, and to update after triangles have moved."""
+"""Update times: measures how long a method takes to build, and to update moved triangles."""
 from __future__ import annotations
 
 import statistics

@@ -1,4 +1,4 @@
-"""Catalogue: the survey's figures and tables, and this program's further experiments."""
+"""Catalogue: lists the survey's figures and tables, and this program's further experiments."""
 from __future__ import annotations
 
 from importlib import import_module
@@ -63,7 +63,7 @@ FIGURES = {
 
 
 def figure_of(name: str) -> Any:
-    """Return the module's FIGURE (a `Comparison`), or else the module itself.
+    """Return the FIGURE (a `Comparison`) of the figure's module; without FIGURE, the module.
 
     Both have ``cells(full)`` and ``draw(data, out, full)``, which writes out/NAME.csv, .md and
     .png.

@@ -1,4 +1,4 @@
-"""A cell: one measurement that a figure asks for."""
+"""A cell: one measurement that a figure needs."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -9,8 +9,8 @@ from gpgpu_rt.bench.workloads import EYE
 # The method of cells that embreex traces on the CPU. Their option `threads` is the number of
 # threads.
 ON_CPU = "embreex"
-# The triangle test of comparisons with the papers, which was usual in their time. The default
-# watertight test dates from 2013.
+# Comparisons with the papers use this triangle test, which was usual in the papers' time. The
+# default watertight test dates from 2013.
 PERIOD_TEST = ("intersection", "moller-trumbore")
 
 

@@ -1,4 +1,4 @@
-"""Comparison: a table of the published, the predicted and the measured time of each method.
+"""Comparison: compares the published, the predicted and the measured time of each method.
 
 The predicted time is for the paper's card. Figures 12, 13, 16, 20 and 22 have this form.
 """
@@ -70,7 +70,7 @@ Taus = dict[Panel, tuple[float, float]]   # tau-b of the predicted and of the me
 
 @dataclass(frozen=True)
 class Comparison:
-    """A figure: its panels, its columns, and the cell (cell.py) of each pair of them.
+    """A figure: its panels, its columns, and a cell (cell.py) for each panel and column.
 
     ``asked(panel, column, full)`` returns this cell without the triangle test. ``source`` names
     the paper and the hardware of the published times. ``remarks`` returns sentences on the
@@ -105,7 +105,7 @@ class Comparison:
         return replace(cell, options=(*cell.options, PERIOD_TEST))
 
     def cells(self, full: bool) -> list[Cell]:
-        """The cells that time methods here, and those that count kernels for the paper's card."""
+        """The cells that time methods here, and the cells that count kernels for the card."""
         return [*(self.cell(panel, column, full) for panel, column in self.pairs(full)),
                 *predicted_times.cells(self, full)]
 
@@ -135,9 +135,9 @@ class Comparison:
     def judge(self, data: Path, full: bool) -> verdicts.Verdict:
         """The verdict on the order of the methods and on the ratios between them.
 
-        With a ``paper_card`` the verdict is on the times predicted for this card, and its
-        ``renderer`` is the verdict on the times of the present renderer. Otherwise the verdict is
-        on the present renderer's times.
+        With a ``paper_card``, the verdict is on the times that are predicted for this card. The
+        verdict's ``renderer`` is then the verdict on the present renderer's times. Without a
+        ``paper_card``, the verdict is on the present renderer's times.
         """
         here = self._judge_renderer(data, full)
         if self.paper_card is None:

@@ -1,4 +1,4 @@
-"""Contradictions: where the survey contradicts itself or its sources, and which pages say so."""
+"""Contradictions: lists where the survey contradicts itself or its sources, by page."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Contradiction:
-    """Sentences on a contradiction, and the figures whose pages show them."""
+    """Sentences on a contradiction, and the figures whose pages show these sentences."""
 
     pages: tuple[str, ...]
     says: str

@@ -2,7 +2,7 @@
 
 An RO-Crate (https://w3id.org/ro/crate/1.1) is a folder with a description in JSON-LD. This
 description lists every file with its size and SHA-256 digest, the program's version and commit,
-and the environment of the run. `faults` checks a folder against its description.
+and the environment of the run. `faults` checks a folder against the description.
 """
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def _files(out: Path) -> Iterator[Path]:
 
 
 def _file(path: Path, out: Path) -> dict[str, Any]:
-    """The entity of a file; for a page, with the measurements that it was drawn from."""
+    """The entity of a file. The entity of a page also names the page's measurements."""
     entry = {"@id": quote(path.relative_to(out).as_posix()), "@type": "File", "name": path.name,
              "contentSize": str(path.stat().st_size), "sha256": _digest(path),
              "encodingFormat": _TYPES.get(path.suffix) or mimetypes.guess_type(path.name)[0]
@@ -131,7 +131,7 @@ def _digest(path: Path) -> str:
 
 
 def _list(value: Any) -> list[Any]:
-    """A property of JSON-LD as a list; a single value makes a list of one."""
+    """The value of a JSON-LD property as a list. A single value becomes a list of one."""
     return value if isinstance(value, list) else [] if value is None else [value]
 
 

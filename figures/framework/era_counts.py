@@ -1,4 +1,4 @@
-"""Era counts: how often a card issues a method's kernels, from traces of an image's rays.
+"""Era counts: counts how often a card issues a method's kernels, from traces of an image's rays.
 
 A cell (cell.py) with the ``work`` "issues of WORKLOAD on CHIP" counts these issues. A method's era
 form is the form in which the papers' cards can run its kernels (docs/era.md).
@@ -30,19 +30,19 @@ WORK, ON = "issues of ", " on "
 TILE, TILES = 96, 2
 SPARSE = 128     # the image is also sampled at SPARSE x SPARSE pixels, evenly spread
 PASSES, BLOCKS, PACKETS = "passes", "passes, blocks", "packets"
-# The form WHILE_WHILE on WARPS, with each lane loading its own nodes and triangles.
+# The form (hardware/issue.py) WHILE_WHILE on WARPS, but each lane loads its own data.
 UNCOALESCED = "while-while, uncoalesced"
-# The form STEP with as many pixels branching together as on the 7800 GTX, the next card of NV40's
-# family: about 256 (AnandTech's G80 article, p. 7). More than four registers slow a program down
-# (GPU Gems 2, chapter 30), probably because fewer pixels are in flight. No source says how many of
-# these pixels branch together.
+# The form STEP on NV40, but about 256 pixels branch together, as on the 7800 GTX, the next card of
+# the family (AnandTech's G80 article, p. 7). More than four registers slow a program down (GPU
+# Gems 2, chapter 30), probably because fewer pixels are in flight. No source says how many of them
+# branch together.
 SMALLER = "step, 256 pixels"
 SMALLER_GROUPS = {"NV40": (16, 16)}
 BLOCK = (8, 8)   # (h, w) of the pixels that early depth rejects together under BLOCKS
 # Options for a trace in which a pass runs one step of every ray, with the era form's triangle
 # test.
 STEPWISE = {"schedule": "step", "steps_per_pass": 1, "intersection": "moller-trumbore"}
-# A method without an era form -> the method whose kernels it runs. kd-stack runs the kernels of
+# A method without an era form -> the method whose kernels stand in. kd-stack runs the kernels of
 # kd-texture-stack in a loop. On WARPS the 32 rays of a packet are the lanes of a warp, and each
 # lane runs a single ray's kernels at the node of the packet; voting and kd-packet's short stack
 # are left out. On other cards a fragment traces a packet.
@@ -50,7 +50,7 @@ SAME_WALK = {"kd-stack": "kd-texture-stack"}
 SINGLE_RAYS = {"kd-packet": "kd-push-down", "kd-ropes-packet": "kd-ropes",
                "bvh-packet": "bvh-threaded"}
 WARPS = "G80"    # the chip whose warps run packets
-# The largest packet here. Two of them make a warp's packet (warp_packets.py).
+# The largest packet of this program. Two such packets make a warp's packet (warp_packets.py).
 WARP_PACKET = (4, 4)
 # Kernel -> the packet counter that says how often each lane runs the kernel, and the runs per
 # count. A bvh-packet counts a node once but tests the boxes of its two children: two runs of
@@ -82,8 +82,8 @@ def packets_in_loop(method: str, chip: str) -> bool:
 def forms_of(method: str, chip: str, forms: Sequence[str]) -> tuple[str, ...]:
     """Return the forms in which a method runs on a card's chip, or () if there is none.
 
-    ``forms`` are the forms of the card's programs. Warps of packets and brute force have a single
-    form in any case.
+    ``forms`` are the forms of the card's programs. Packets on WARPS, and brute force, always
+    have a single form.
     """
     if packets_in_loop(method, chip):
         return tuple(form for form in forms if form in ORDERS)
@@ -182,7 +182,7 @@ def _sparse(size: int, side: int) -> np.ndarray:
 def tile_pixels(size: int, tile: int = TILE, tiles: int = TILES) -> np.ndarray:
     """Return the numbers of the pixels of ``tiles`` x ``tiles`` tiles, as a square array.
 
-    The image is divided into as many equal parts, and a tile lies in the middle of each.
+    The image is divided into as many equal parts. A tile lies in the middle of each part.
 
     Parameters
     ----------

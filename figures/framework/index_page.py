@@ -1,4 +1,4 @@
-"""The index page: the verdict on each of the survey's figures, with its reason."""
+"""The index page: lists the verdict on each figure of the survey, and the verdict's reason."""
 from __future__ import annotations
 
 import html

@@ -1,4 +1,4 @@
-"""Kendall's tau-b: how well two orderings agree."""
+"""Kendall's tau-b: measures how well two orderings agree."""
 from __future__ import annotations
 
 import math
@@ -9,12 +9,12 @@ from itertools import combinations
 
 @dataclass(frozen=True)
 class PairCounts:
-    """How the pairs of methods in a table compare.
+    """Numbers of pairs of methods in a table, by order.
 
     concordant : pairs in the same order in our times and in the published times
     discordant : pairs in reverse order
-    only_ours : pairs that tie in the published times only
-    only_published : pairs that tie in our times only
+    only_ours : pairs that tie only in the published times
+    only_published : pairs that tie only in our times
     """
 
     concordant: int
@@ -42,7 +42,7 @@ def pair_counts(ours: Sequence[float], published: Sequence[float],
     Parameters
     ----------
     ours, published : times of the same methods
-    tie : published times that differ by no more, relative to the larger, count as equal
+    tie : published times tie if they differ by at most this share of the larger
     """
     concordant = discordant = only_ours = only_published = 0
     for i, j in combinations(range(len(ours)), 2):

@@ -34,8 +34,8 @@ def measure(cells: Iterable[Cell], data: Path, again: bool = False,
     """Measure every unfinished cell, and write each result at once.
 
     An interrupt loses only the cells in progress. If ``workers`` are given, they measure all
-    cells. Otherwise this process measures the timed cells. Another process for each other core
-    measures the untimed cells, and this process helps while it times nothing. If there are few
+    cells. Otherwise this process measures the timed cells. One more process per other core
+    measures untimed cells, and this process also does so while it times nothing. If there are few
     untimed cells, this process measures all cells.
     """
     data.mkdir(parents=True, exist_ok=True)
@@ -67,7 +67,7 @@ def _results(todo: list[Cell], workers: Workers | None,
 
 def _beside(aside: Aside, timed: list[Cell],
             progress: tqdm) -> Iterator[tuple[Cell, Result]]:
-    """Yield the results of the cells timed here and of ``aside``."""
+    """Yield the results of the timed cells, measured here, and of the cells of ``aside``."""
     others = iter(aside.take, None)
     order = (timed, others) if is_software(open_gpu().renderer) else (others, timed)
     for cells in order:

@@ -1,4 +1,4 @@
-"""Output of figures: CSV, Markdown and charts. Each file is written whole or not at all."""
+"""Output: writes CSV, Markdown and charts. Each file is written whole or not at all."""
 from __future__ import annotations
 
 import csv

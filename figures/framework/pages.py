@@ -57,7 +57,7 @@ def _add_verdict(page: Path, judged: verdicts.Verdict) -> None:
 
 
 def _add_notes(name: str, out: Path) -> None:
-    """Append to a page the survey's contradictions that concern it."""
+    """Append the survey's contradictions on a figure to the figure's page."""
     page, notes = out / f"{name}.md", of_page(name)
     if notes and page.exists():
         lines = "\n".join(f"* {says}" for says in notes)
@@ -66,7 +66,7 @@ def _add_notes(name: str, out: Path) -> None:
 
 
 def _add_works(page: Path) -> None:
-    """Append to a page the full citations of the works that it cites."""
+    """Append the full citations of the works that a page cites."""
     text = page.read_text() if page.exists() else ""
     works = cited(text)
     if works:

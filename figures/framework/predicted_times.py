@@ -1,4 +1,4 @@
-"""Predicted times: the times that the machine model predicts for the card of a figure's paper.
+"""Predicted times: computes the machine model's times for the card of a figure's paper.
 
 Mesa's compiler for the card compiles the kernels, and traces count how often the card issues each
 kernel. No constant is fitted.
@@ -36,16 +36,16 @@ if TYPE_CHECKING:
     from .comparison import Comparison, MethodColumn, Panel
 
 BUILT_IN = ("cornell", "tenk")     # scenes that need no mesh
-# The fewest instructions of a triangle test: a dot product each for t, u and v, with all else
-# computed in advance per triangle (as for rays with a common origin). A pipe issues one
-# instruction per clock.
+# The fewest instructions of a triangle test: three dot products, for t, u and v. If all rays start
+# at one point, all else can be computed in advance per triangle. A pipe issues one instruction per
+# clock.
 LEAST_TEST = 3
 Options = tuple[tuple[str, Any], ...]
 
 
 @dataclass(frozen=True)
 class PaperCard:
-    """The card on which a paper measured, and the form of its programs.
+    """The card on which a paper measured, and the forms of the card's programs.
 
     Attributes
     ----------
@@ -159,7 +159,7 @@ class PredictedRow:
 
     @property
     def issued_instructions(self) -> float:
-        """The instructions of a run and of the lanes that wait meanwhile."""
+        """The mean number of instructions of a run, with those of lanes that wait meanwhile."""
         return self._sum("lanes", issue_slots) / max(self._sum("runs", lambda cost: 1), 1)
 
     @property
@@ -169,7 +169,7 @@ class PredictedRow:
         return float(seconds * self.paper_card.card.issue_rate)
 
     def _sum(self, field: str, weight: Callable[[StaticCost], float]) -> float:
-        """Return the sum of runs or lanes over the kernels, each weighted by its cost."""
+        """Return the sum of ``field`` (runs or lanes) over kernels, weighted by kernel costs."""
         total = 0.0
         for kind, counts in self.counts.items():
             issued = counts["issued"][counted_as(self.form)]
@@ -186,7 +186,7 @@ class PredictedRow:
         return 1e9 * self.time(assumed).seconds
 
     def ratio(self, assumed: Assumptions = ASSUMED) -> float:
-        """Return predicted over published."""
+        """Return the predicted time divided by the published time."""
         return self.nanoseconds(assumed) / self.published
 
 
@@ -219,7 +219,7 @@ def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any],
 @functools.cache
 def _compiled(chip: str, method: str, kernels: tuple[str, ...], any_hit: bool,
               in_loop: bool, options: Options) -> tuple[dict[str, StaticCost], dict[str, int]]:
-    """Return the static cost of each kernel, and the number of its fetches from streams."""
+    """Return each kernel's static cost, and each kernel's number of fetches from streams."""
     own = dict(options)
     return ({name: static_cost(chip, method, name, any_hit, in_loop, **own) for name in kernels},
             {name: stream_fetches(method, name, any_hit, in_loop, **own) for name in kernels})
@@ -250,7 +250,7 @@ def cells(figure: Comparison, full: bool) -> list[Cell]:
 
 
 def rows(figure: Comparison, data: Path, full: bool) -> list[PredictedRow]:
-    """Return a `PredictedRow` for each published number and form whose counts are measured."""
+    """Return a `PredictedRow` for each published number and form, if its counts are measured."""
     found = []
     for panel, column, some in pairs(figure, full):
         results = {kind: result for kind, cell in some.items()
@@ -268,8 +268,8 @@ def rows(figure: Comparison, data: Path, full: bool) -> list[PredictedRow]:
 
 def pairs(figure: Comparison,
           full: bool) -> Iterator[tuple[Panel, MethodColumn, dict[str, Cell]]]:
-    """Yield each panel and column with a published and predictable time, and a cell (cell.py) for
-    each kind of rays."""
+    """Yield each panel and column whose time is published and can be predicted, with a cell
+    (cell.py) for each kind of rays."""
     paper = figure.paper_card
     for panel, column in figure.pairs(full) if paper is not None else ():
         if (paper is None or not paper.forms_of(column.method)

@@ -1,8 +1,8 @@
-"""Provenance: where a figure's numbers come from, in a JSON file beside its page.
+"""Provenance: records where a figure's numbers come from, in a JSON file beside the page.
 
 ``out/NAME.json`` is written with the page. It holds the figure's table, the verdict, and the file,
-settings, renderer, commit and date of each measurement. For a diagram, which has no measurements,
-the file names the renderer of the passes that the diagram shows.
+settings, renderer, commit and date of each measurement. A diagram has no measurements; its JSON
+file names the renderer of the passes that the diagram shows.
 """
 from __future__ import annotations
 

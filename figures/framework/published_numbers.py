@@ -1,4 +1,4 @@
-"""The survey's own numbers, from ``figures/published/published.csv``."""
+"""Published numbers: reads the survey's numbers from ``figures/published/published.csv``."""
 from __future__ import annotations
 
 import csv
@@ -22,7 +22,7 @@ def published_row(figure: str, scene: str, method: str, options: str = "",
     Parameters
     ----------
     rays : the kind of rays, such as "primary"; needed if the figure has several
-    quantity : such as "leaves"; needed if the figure has several
+    quantity : what is counted, such as "leaves"; needed if the figure has several
     hardware : the survey's name of the hardware; needed if the figure has several
     """
     asked = {"figure": figure, "scene": scene, "method": method, "options": options,

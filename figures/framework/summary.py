@@ -1,4 +1,4 @@
-"""Summary: sentences on which results of the survey are confirmed, contradicted or not tried.
+"""Summary: says which results of the survey are confirmed, contradicted or not tried.
 
 At most ten sentences open the index. Their numbers come from the pages' verdicts and measurements.
 A sentence that would count nothing is left out.
@@ -81,7 +81,7 @@ def _list(some: Sequence[Judged], one: str, many: str) -> str:
 def _order(judged: Sequence[Judged]) -> str:
     """A sentence on the order of methods in all tables of times, even in tables too small to
     judge; "" if no pair of methods was compared."""
-    # Leave out figures that make claims. One is Table 1, whose pairs are counted in Figure 26.
+    # Leave out figures that make claims, such as Table 1: Figure 26 counts the pairs of Table 1.
     tables = [one.verdict for one in judged if not one.verdict.claims]
     here = [one.renderer or one for one in tables]
     (agreed, pairs), (ours, all_ours), (others, rest) = (

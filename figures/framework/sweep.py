@@ -27,14 +27,14 @@ def results(cells: list[Cell], workers: Workers,
     Raises
     ------
     Error
-        if a worker has another renderer, version or mesh than this process: its numbers are not
-        comparable
+        if a worker has another renderer, version or mesh than this process: then the worker's
+        numbers are not comparable
     """
     ordered = by_scene(cells)
     here = workers.scheduler == LOCAL    # local processes find the same meshes as this process
     meshes = {scene: workers.sent({} if here else mesh_files(scene))
               for scene in {cell.scene for cell in ordered}}
-    # Do this before anything is timed, because it loads the scenes.
+    # Get the settings before anything is timed, because this loads the scenes.
     asked = {cell: as_kept(settings(cell)) for cell in ordered}
     for timed in (False, True):
         some = _dealt([cell for cell in ordered if work_of(cell).timed is timed])
@@ -70,7 +70,7 @@ def _check(cell: Cell, asked: dict[str, Any], result: Result) -> None:
 
 
 def _measured(cell: Cell, files: Files, measured: Callable[[Cell], Result]) -> Result:
-    """Measure a cell in a worker, while no process on its machine takes a timing."""
+    """Measure a cell in a worker, while no process on this machine measures a time."""
     take_mesh(cell.scene, files)
     with taken():
         return measured(cell)

@@ -1,4 +1,4 @@
-"""Trace times: the times of a method's passes on a workload, and the counters of a separate run.
+"""Trace times: measures a method's passes on a workload, and counts the work of a separate run.
 
 Counting slows the passes down, so the timed runs do not count.
 """
@@ -45,9 +45,9 @@ def measure(cell: Cell) -> dict[str, Any]:
         with tracer.counting():
             _trace(rays, tracer)
         driver = tracer.statistics.driver
-        # Counters are means over all pixels: zero for a pixel without a ray, and the packet's work
-        # for each pixel of a packet. `share` converts to the work per live ray, counting a packet
-        # once.
+        # Counters are means over all pixels. A pixel without a ray counts zero. Each pixel of a
+        # packet counts the packet's whole work. `share` converts a mean to the work per live ray,
+        # which counts a packet once.
         width, height = tracer.options.get("packet", (1, 1))
         share = cell.size ** 2 / (max(rays.live, 1) * width * height)
         counters = {name: share * mean for name, mean in tracer.statistics.counters.items()}
@@ -57,13 +57,13 @@ def measure(cell: Cell) -> dict[str, Any]:
 
 
 def _share_ms(samples: Sequence[float], parts: Sequence[float]) -> float:
-    """Milliseconds of a part of a run: the median time times the part's median share."""
+    """Milliseconds of a part of a run: the runs' median time, times the part's median share."""
     share = statistics.median(part / whole for part, whole in zip(parts, samples))
     return 1e3 * statistics.median(samples) * share
 
 
 def _runs(once: Callable[[], Any], count: int) -> tuple[list[float], list[Any]]:
-    """Run ``once`` ``count`` times, after warm-ups and alone on the machine.
+    """Time ``count`` calls of ``once``, after warm-ups and alone on the machine.
 
     Returns the runs' seconds and return values.
     """
@@ -79,7 +79,7 @@ def _runs(once: Callable[[], Any], count: int) -> tuple[list[float], list[Any]]:
 
 
 def _trace(rays: Workload, tracer: rt.Tracer) -> None:
-    """Trace a workload; with rasterised bounds, eye rays from their camera."""
+    """Trace a workload. With rasterised bounds, which need a camera, trace eye rays."""
     if tracer.options["rasterised_bounds"]:
         tracer.eye_hits(size=(rays.size, rays.size))
     else:

@@ -2,20 +2,20 @@
 
 A group is a scene and a kind of rays, with the times of several methods.
 
-* reproduced: the order agrees (tau-b of every group is at least HIGH), and the ratios agree (the
-  median over the groups of `off_by` is less than FACTOR).
+* reproduced: the order agrees (tau-b, see kendall.py, is at least HIGH in every group), and the
+  ratios agree (the median of `off_by` over the groups is less than FACTOR).
 * reproduced in order, not in ratio: only the order agrees.
 * contradicted: the order differs.
-* refuted by a counterexample: at most half of the judged claims hold, and none of them depends on
-  a scene.
+* refuted by a counterexample: at most half of the judged claims hold, and no judged claim depends
+  on a scene.
 * too little to judge: fewer than LEAST_SCENES scored scenes, or than LEAST_PAIRS pairs of methods.
   Pairs whose published numbers tie do not count.
 
 A claim in words is judged only if the measurements decide it. A figure with claims is reproduced
 if every judged claim holds, mostly reproduced if more than half hold, and contradicted or refuted
-otherwise. The scenes and pairs of its claims are counted together. Claims on scenes need as many
-scenes as a table of times, and as many pairs if one of them compares methods. A claim about a
-method itself, which depends on no scene, needs neither.
+otherwise. The scenes and pairs of a figure's claims are counted together. Claims on scenes need as
+many scenes as a table of times and, if a claim compares methods, as many pairs. A claim about a
+method itself, which depends on no scene, needs neither scenes nor pairs.
 
 A stand-in replaces a scene whose mesh is missing, and is never scored. A `Verdict` holds a
 separate verdict on the stand-ins.
@@ -53,7 +53,7 @@ class Verdict:
     held : Number of decided claims that hold.
     structure : Number of decided claims that depend on no scene.
     stand_ins : The same rules' verdict on the stand-ins. Its `scenes` are the stand-ins.
-    renderer : The same rules' verdict on the present renderer's times, if the verdict itself is on
+    renderer : The same rules' verdict on the present renderer's times, if this verdict is on the
         times predicted for the paper's card.
     """
 
@@ -148,7 +148,7 @@ def of_claims(claims: Iterable[Claim], exceptions: Sequence[str] = ()) -> Verdic
 
 
 def word_of_claims(held: int, claims: int) -> str:
-    """The word for ``held`` of ``claims`` claims that hold, with enough scenes and pairs."""
+    """The word if ``held`` of ``claims`` claims hold, and there are enough scenes and pairs."""
     return REPRODUCED if held == claims else MOSTLY if 2 * held > claims else CONTRADICTED
 
 
@@ -196,7 +196,7 @@ def _ties(tied: Sequence[MethodTimes]) -> list[str]:
 def _too_few(scenes: Sequence[str], pairs: int | None) -> str:
     """Why the scenes and pairs are too few for a verdict, or "" if they are enough.
 
-    ``pairs`` is None if none are needed.
+    ``pairs`` is None if no pairs are needed.
     """
     if len(scenes) >= LEAST_SCENES and (pairs is None or pairs >= LEAST_PAIRS):
         return ""
@@ -265,7 +265,7 @@ def on_card(card: str, said: Verdict, here: Verdict) -> Verdict:
 
 
 def renderer_says(verdict: Verdict) -> str:
-    """A sentence on the times measured here, or "" if the verdict itself is on them."""
+    """A sentence on the verdict on the times measured here, or "" without such a verdict."""
     here = verdict.renderer
     if here is None:
         return ""

@@ -1,6 +1,6 @@
-"""Works: the table of the kinds of measurement, with a row for each kind.
+"""Works: lists the kinds of measurement, with a row for each kind.
 
-The string `work` of a cell (cell.py) begins with the name of a row, and the rest names a workload
+If the string `work` of a cell (cell.py) begins with the name of a row, the rest names a workload
 or a variant. Otherwise `work` is the name of a workload, whose rays are traced and timed.
 """
 from __future__ import annotations
@@ -59,7 +59,7 @@ class MeasurementKind:
     measure: Callable[[Cell, str], dict[str, Any]]    # takes a cell and the rest of its `work`
     timed: bool = True          # whether it measures times, within `machine.alone`
     catalogued: bool = True     # whether `load_scene` knows the scene of every such cell
-    # Digest of the scene's triangles. It differs for a stand-in.
+    # Digest of the scene's triangles. A stand-in has another digest.
     digest: Callable[[Cell], str] = _of_catalogue
 
 
@@ -133,14 +133,14 @@ WORKS = (
                     catalogued=False, digest=_of_made(bundle_errors)),
     MeasurementKind("first hits", lambda cell, _: {"first_hits": first_hit_times.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.size, cell.runs)}),
-    # Measured after 64, 128, ... samples, up to the number in the options.
+    # Measures errors after 64, 128, ... samples, up to the number in the options.
     MeasurementKind("path errors", lambda cell, _: {"errors": path_errors.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.size)}, timed=False),
     # The option `step` is the number of a scene of experiments/growing.py.
     MeasurementKind("needs", lambda cell, _: {"needs": needs_times.measure(
         dict(cell.options)["step"], cell.method, cell.size, cell.runs, cell.scene)},
         digest=lambda cell: needs_times.digest(cell.scene, dict(cell.options)["step"])),
-    # All hits of each kind of rays (`accuracy.known_rays`), size squared rays each, are judged.
+    # Judges the hits of size squared rays of each kind (`accuracy.known_rays`).
     MeasurementKind("accuracy", _accuracy),
     # Sizes of the kd-tree that the options describe.
     MeasurementKind("tree", lambda cell, _: {"tree": tree_sizes.measure(

@@ -1,10 +1,10 @@
 """Figure 2: the shader pipeline, stage by stage, as passes of this program go through it.
 
-A stage's inputs and outputs are read from linked programs, queries and bound textures. There are
-two draws:
+A stage's inputs and outputs are read from linked programs, queries and bound textures. The figure
+shows two draws:
 
-* a full-screen pass of `kd-restart`, whose rays are fragments;
-* a pass of the `ray-engine`, whose vertices are corners of quads that carry triangles.
+* a full-screen pass of `kd-restart`: each ray is a fragment;
+* a pass of the `ray-engine`: the vertices are corners of quads, and a quad carries a triangle.
 """
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def shown() -> tuple[PipelineDraw, ...]:
 
 
 def words(one: PipelineDraw) -> dict[str, str]:
-    """Stage -> the text that describes it for this draw."""
+    """Stage -> the text that describes the stage for this draw."""
     inputs = ", ".join(f"{name} ({count})" for name, count in one.attributes.items())
     width, height = one.targets[0][:2]
     return {"vertex buffer": f"attributes (components each): {inputs or 'none'}",

@@ -39,8 +39,8 @@ class KernelPass:
     kernel : "init", or one of the method's kernels.
     samples : textures that the pass's program samples.
     targets : render targets that the pass draws into, named after their streams.
-    source, target : the buffers that the pass read and wrote, "A" or "B"; ``source`` is "" if it
-        read none.
+    source, target : the buffers that the pass read and wrote, "A" or "B"; ``source`` is "" if
+        the pass read no buffer.
     rays : number of rays on which the kernel ran.
     """
 
@@ -78,7 +78,7 @@ def texels_of(record: Record) -> dict[str, str]:
 def rays() -> tuple[np.ndarray, np.ndarray]:
     """Origins and directions, (SIDE^2, 3) each.
 
-    The rays start where the small world's ray starts, in all directions of its plane.
+    The rays start where the small world's ray starts, in all directions of the world's plane.
     """
     angle = np.linspace(0, 2 * np.pi, SIDE * SIDE, endpoint=False)
     return (np.tile(world().origin, (len(angle), 1)),

@@ -62,13 +62,13 @@ def row_of(scene: str, setting: str, result: dict[str, Any]) -> list[Any]:
 
 
 def bus_seconds(result: dict[str, Any]) -> float:
-    """Seconds per ray for the bytes on a bus of the paper's time."""
+    """Seconds that a ray's bytes take on a bus of the paper's time."""
     split = result["statistics"]["split"]
     return (split["bytes_up"] / AGP_UP + split["bytes_down"] / AGP_DOWN) / result["rays"]
 
 
 def card_seconds(result: dict[str, Any]) -> float:
-    """Seconds per ray for the intersections at the R200's published rate."""
+    """Seconds that a ray's intersections take at the R200's published rate."""
     return result["statistics"]["split"]["pairs"] / INTERSECTIONS / result["rays"]
 
 

@@ -30,8 +30,8 @@ def cells(full: bool) -> list[Cell]:
 def judge(data: Path, full: bool) -> verdicts.Verdict:
     """The verdict on the thesis's claim that proximity clouds are faster than the plain grid.
 
-    The claim (in the abstract) is not decided if the two times differ by no more than one method's
-    runs do. The thesis's CPU renderer is not available.
+    The claim (in the abstract) is not decided if the two methods differ by no more than the runs
+    of one method do. The thesis's CPU renderer is not available.
     """
     clouds, plain = (read(cell(method, full), data) for method in (METHOD, PLAIN))
     if clouds is None or plain is None:

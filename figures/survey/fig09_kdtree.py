@@ -1,4 +1,4 @@
-"""Figure 9: a kd-tree over a few triangles, and its nodes."""
+"""Figure 9: a kd-tree over a few triangles, and the tree's nodes."""
 from __future__ import annotations
 
 from pathlib import Path

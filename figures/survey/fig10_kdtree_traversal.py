@@ -1,7 +1,7 @@
 """Figure 10: the standard traversal of a kd-tree, step by step for one ray.
 
-The steps are the passes of kd-texture-stack, which follows the survey's pseudocode with a mistake
-corrected (`CODE`). A table row shows the ray's state, read from textures, after a pass.
+The steps are the passes of kd-texture-stack, which follows the survey's pseudocode but corrects a
+mistake (`CODE`). A table row shows the ray's state, read from textures, after a pass.
 """
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(small: World, found: Walk) -> list[list[str]]:
-    """The table, with a row for each pass and the stack after it, lowest entry first."""
+    """The table, with a row for each pass and the stack after the pass, lowest entry first."""
     stack: list[str] = []
     result = []
     for number, step in enumerate(found.steps, 1):
@@ -85,7 +85,7 @@ def _chosen(small: World, step: Step, t_split: float) -> str:
 
 @dataclass
 class Printed:
-    """What the ray does under the rule that the survey prints.
+    """What the ray does under the survey's printed rule.
 
     visited : nodes in order
     wrong : nodes with t_split < 0 where the rule descends into the near child

@@ -18,7 +18,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(small: World, found: Walk) -> list[list[str]]:
-    """The table, with a row for each visit of a node, and the interval after it."""
+    """The table, with a row for each visit of a node, and the interval after the visit."""
     visits = [step for step in found.steps if step.visited is not None]
     return [[found.method, str(number), step.kernel, small.name(step.visited),
              f"{step.after['t_min']:.3f}", f"{step.after['t_max']:.3f}"]

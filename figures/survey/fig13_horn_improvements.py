@@ -16,8 +16,8 @@ PLAIN, PACKETS, PUSH_DOWN, SHORT_STACK = LABELS = (
 SETTINGS: tuple[tuple[tuple[str, object], ...], ...] = (
     (("push_down", False), ("stack_size", 0)), (("push_down", True), ("stack_size", 0)),
     (("push_down", True), ("stack_size", 3)))
-# kd-restart, which the paper improves, visits empty leaves, so packets in the published rows visit
-# them too. SKIPPING is our own row: SHORT_STACK with this program's default, to skip empty leaves.
+# The paper improves kd-restart, which visits empty leaves, so packets in the published rows visit
+# empty leaves too. Our own row SKIPPING is SHORT_STACK, but skips empty leaves, the default here.
 VISITED = (("skip_empty_leaves", False),)
 SKIPPING = "+ empty leaves skipped"
 
@@ -89,5 +89,5 @@ FIGURE = Comparison(
      "17.5 may be a misprint, so tau-b may be misleading for cornell's primary rays."),
     _remarks,
     # The paper does not say whether its loop is while-while or runs one step per iteration, so
-    # both are predicted. The third form runs one kernel per pass.
+    # both forms are predicted. The third form runs one kernel per pass.
     paper_card=PaperCard("R580", 1024, (WHILE_WHILE, STEP, PASSES)))

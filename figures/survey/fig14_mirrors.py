@@ -33,11 +33,11 @@ def cells(full: bool) -> list[Cell]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on packets after mirrors, from all scenes whose packets the mirrors scatter.
+    """The verdict on packets after mirrors, from all scenes where mirrors scatter a packet's rays.
 
-    The tendency is that packets gain less at the last bounce than at the first. The claim is that
-    packets become slower than single rays. A scene whose packets stay together cannot test the
-    claim and is named as an exception.
+    One claim is that packets gain less at the last bounce than at the first. The other claim is
+    that packets become slower than single rays. A scene whose packets stay together cannot test
+    the claims and is named as an exception.
     """
     claims, exceptions = [], []
     for scene in SCENES:
@@ -60,7 +60,7 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
 
 
 def parted(rows: list[list[float]]) -> float:
-    """The nodes that a packet visits after the last bounce, divided by those of one ray.
+    """The nodes that a packet visits after the last bounce, divided by the nodes of one ray.
 
     The ratio is 1 if a packet's rays share all nodes, and 4 if they share none.
     """

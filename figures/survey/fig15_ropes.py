@@ -19,7 +19,7 @@ HEADS = ("leaf", *(name for name, _, _ in FACES))
 
 @dataclass(frozen=True)
 class Followed:
-    """A rope followed from a leaf to a node, and t where the ray left the leaf."""
+    """A rope that the ray followed from a leaf to a node, and t where it left the leaf."""
 
     leaf: int
     node: int
@@ -88,10 +88,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def draw_rope(axis: Any, small: World, leaf: int, face: str, node: int) -> None:
-    """Draw a rope as an arrow across its face, with the name of its node."""
+    """Draw a rope as an arrow across the leaf's face, with the name of the rope's node."""
     across, upper = next((a, u) for name, a, u in FACES if name == face)
     lo, hi = small.lo[leaf, :2].astype(float), small.hi[leaf, :2].astype(float)
-    # Leaves that share a face have a rope each way. Draw them side by side.
+    # Leaves that share a face have a rope each way. Draw both ropes side by side.
     along = (0.47, 0.7) if across == 0 else (0.42, 0.58)
     start = lo + (hi - lo) * np.where(np.arange(2) == across, 0.5, along[not upper])
     start[across] = (hi if upper else lo)[across] - (0.022 if upper else -0.022)

@@ -34,8 +34,8 @@ def cell(scene: str, **options: int) -> Cell:
 
 
 def _trees(full: bool) -> list[tuple[str, dict[str, int]]]:
-    """Return each scene with the default build options, and each scene of DEPTH also with its
-    depth."""
+    """Return each scene with the default build options, and each scene of DEPTH also with the
+    depth there."""
     return [(scene, options) for scene in SCENES if full or scene not in STAND_IN
             for options in ({}, *([{"max_depth": DEPTH[scene]}] if scene in DEPTH else ()))]
 
@@ -153,7 +153,7 @@ def _published_bytes(scene: str) -> tuple[float, float]:
 def _series(name: str, sizes: list[tuple[float, float]], look: tuple[str, str]) -> Series:
     """Lines in MiB from each tree's size without ropes to its size with ropes.
 
-    ``sizes`` are in bytes; a pair of zeros has no line.
+    ``sizes`` are in bytes; a pair of zeros gets no line.
     """
     pairs = [(bare / 2 ** 20, whole / 2 ** 20) for bare, whole in sizes]
     return Series(name, [whole for _, whole in pairs], look,

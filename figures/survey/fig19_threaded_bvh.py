@@ -51,7 +51,7 @@ def visits(found: Hierarchy, ray: Walk) -> list[Visit]:
 
 
 def rows(found: Hierarchy, seen: list[Visit]) -> list[list[str]]:
-    """The table, with a row a node: its links, and whether the ray met its box."""
+    """The table, with a row for each node: its links, and whether the ray met its box."""
     did = {visit.node: "met" if visit.entered else "missed" for visit in seen}
     return [[str(node), *(END if link is None else str(link)
                           for link in (found.hit_link(node), found.miss_link(node))),

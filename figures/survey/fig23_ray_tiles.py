@@ -24,8 +24,8 @@ WORDS = {"tile_spans": "middle of a tile's rays", "tile_cones": "enclosing cone 
 def passes() -> tuple[list[Issued], list[tuple[int, int]]]:
     """The passes of one image of eye rays, and two counts for each batch of triangles.
 
-    The counts are the pairs of a triangle and a tile, and those whose triangle meets the tile's
-    cone.
+    The counts are all pairs of a triangle and a tile, and the pairs whose triangle meets the
+    tile's cone.
     """
     scene = rt.load_scene(SCENE)
     rays = scene.camera.rays((SIDE, SIDE))

@@ -134,8 +134,8 @@ def claims(found: list[MethodSpeed], column: str) -> list[str]:
     for says, chosen in (("packets compared with single rays", lambda row: row.entry.row.packet),
                          ("methods with a stack compared with methods without",
                           lambda row: row.entry.row.stack)):
-        # Only methods over trees: the others with a published speed have neither packets nor
-        # stacks.
+        # Compare only methods over trees. Other methods with a published speed have neither
+        # packets nor stacks.
         sides = {side: [v for row in found if (v := value(row, column)) and row.published
                         and _tree(row) and chosen(row) is side] for side in (True, False)}
         if all(sides.values()):

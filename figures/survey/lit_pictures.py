@@ -1,4 +1,4 @@
-"""Lit pictures: cells that render pictures with mirrors, glass and lamps, and their costs."""
+"""Lit pictures: renders pictures with mirrors, glass and lamps, and lists the costs."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -15,7 +15,7 @@ HEADS = ("picture", "method", "triangles", "s", "rays traced", "M rays/s", "pass
 
 
 def cell(scene: str, method: str, full: bool, runs: int = 1, quick: int = 144) -> Cell:
-    """The cell of a picture. ``quick`` is its side in pixels at the quick size."""
+    """The cell of a picture. ``quick`` is the side in pixels at the quick size."""
     return Cell(scene, method, (), 512 if full else quick, "picture", runs)
 
 

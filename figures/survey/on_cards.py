@@ -1,4 +1,4 @@
-"""On cards: the survey's figures whose papers measured on a graphics card."""
+"""On cards: lists the survey's figures whose papers measured on a graphics card."""
 from __future__ import annotations
 
 from . import (

@@ -1,8 +1,8 @@
-"""Ray Engine work: what the Ray Engine of Carr et al. 2002 does on a card, and its predicted time.
+"""Ray Engine work: counts the work of Carr et al.'s Ray Engine on a card, and predicts its time.
 
 A cell (framework/cell.py) measures this work if its ``work`` is WORK and the name of a workload.
-The host, whose time is not predicted, collects pairs of a ray and a triangle; the card tests each
-pair.
+The host collects pairs of a ray and a triangle, and the card tests each pair. Only the card's time
+is predicted.
 """
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ KERNEL, FETCHES, TARGETS = ("brute-force", "intersect"), 2, 1
 def measure(scene: rt.Scene, rays: Workload, options: Mapping[str, Any]) -> dict[str, float]:
     """Return the pairs of a ray and a triangle, the draws, and the bytes on the bus.
 
-    The depth test keeps the nearest hit, as in the paper, so each pair is drawn once and not twice
-    as with MIN blending, the default.
+    The depth test keeps the nearest hit, as in the paper, so each pair is drawn once. With MIN
+    blending, the default, each pair is drawn twice.
     """
     with rt.Tracer(scene, METHOD, **{**options, "nearest": "depth"}) as tracer:
         with tracer.gpu, logged(tracer.gpu, Statistics()) as log:
@@ -46,7 +46,7 @@ def predicted_seconds(card: Card, work: Mapping[str, float]) -> tuple[float, str
     method, kernel = KERNEL
     pairs = round(work["pairs"])
     issued = KernelIssues((kernel,), (pairs,), (pairs,), passes=(round(work["draws"]),))
-    # A draw's quads cover only the rays that test their triangles, so early depth rejects nothing.
+    # A draw's quads cover only rays that test the quads' triangles, so early depth rejects none.
     cost = replace(static_cost(card.chip.lower(), method, kernel), fetches=FETCHES,
                    targets=TARGETS)
     time = time_of_passes(card, issued, {kernel: cost}, {kernel: FETCHES}, pixels=0)

@@ -1,4 +1,4 @@
-"""Scaled: published rates, scaled to one card, as the survey scaled them for Figure 26.
+"""Scaled: scales published rates to one card, as the survey scaled them for Figure 26.
 
 The survey scaled each paper's rate "based on the bottleneck", to a GeForce 8800 and to 10,000
 triangles, but prints neither the bottlenecks nor the rates that it began with. Here each printed

@@ -1,4 +1,4 @@
-"""Surveyed: the methods of the survey's Table 1 and Figure 26, as rows of our method table.
+"""Surveyed: maps the methods of the survey's Table 1 and Figure 26 to rows of our method table.
 
 The survey gives at most one number per paper, without naming the method; the paper's final method
 stands for the paper. The other rows of our method table are measured too.
@@ -23,11 +23,11 @@ from . import ray_engine_work
 SCENE = "tenk"            # 10,000 triangles, as in Table 1
 BASE = "Carr et al. 2002"    # the Ray Engine: all speeds are relative to it
 CHIP = "G80"              # the chip of the GeForce 8800 GTX, to which the survey scales all rates
-# Pixels per side of the predictions' image. Its rays are about as dense as in most papers.
+# Pixels per side of the predictions' image. The rays are about as dense as in most papers.
 PREDICTED_SIZE = 1024
 Options = tuple[tuple[str, Any], ...]
 
-# Source, as the survey names it -> the method and options that stand for it.
+# Source, as the survey names it -> the method and options that stand for the source.
 STANDS_FOR: dict[str, tuple[str, Options]] = {
     "Purcell et al. 2002": ("grid", ()),
     "Carr et al. 2002": ("ray-engine", ()),
@@ -46,7 +46,7 @@ STANDS_FOR: dict[str, tuple[str, Options]] = {
 
 @dataclass(frozen=True)
 class SurveyedMethod:
-    """A method with options; ``source`` is the row of Table 1 that it stands for, or None."""
+    """A method with options. It stands for the row ``source`` of Table 1, if not None."""
 
     method: str
     options: Options = ()

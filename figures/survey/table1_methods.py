@@ -89,7 +89,7 @@ def lines(data: Path, full: bool) -> Iterator[MethodProperties]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The worse of two verdicts: on the properties, and Figure 26's on relative performance.
+    """The worse of two verdicts: on the properties, and on relative performance (Figure 26).
 
     Figure 26's verdict counts only if it rests on enough scenes and pairs.
     """

@@ -1,4 +1,4 @@
-"""Sizes of a scene's kd-tree, without and with ropes, in the records of Popov et al. 2007."""
+"""Tree sizes: computes a kd-tree's size without and with ropes, as Popov et al. 2007 store it."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ NODE_BYTES, REFERENCE_BYTES = 8, 4   # these numbers and Ropes.bytes give the si
 
 
 def measure(scene: rt.Scene, options: Mapping[str, Any]) -> dict[str, float]:
-    """Counts and bytes of the tree that the ``options`` build.
+    """Return counts and bytes of the kd-tree that is built with ``options``.
 
     ``bytes`` covers nodes and references. ``bytes_ropes`` adds six ropes and a box in every leaf.
     ``overhead`` is ``bytes_ropes`` / ``bytes``.

@@ -1,6 +1,6 @@
 #version 330 core
-// The first pass of a stream reduction: write the flags of four elements to a texel, 1 if the reduction
-// keeps the element, else 0. block_ranks.frag then scans the flags.
+// The first pass of a stream reduction: write the flags of four elements to a texel. A flag is 1 if the
+// reduction keeps the element, else 0. block_ranks.frag then scans the flags.
 
 #include <records>
 #include "core/stream.glsl"

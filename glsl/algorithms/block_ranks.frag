@@ -3,7 +3,7 @@
 // section 3.6). Each element gets the number of kept elements in its block up to and including itself.
 //
 // Departure: Roger et al. count the removed elements before an element, in log2 s passes for a block of s
-// elements. This program needs one pass.
+// elements. Here one pass counts the kept elements.
 
 #include <records>
 #include "core/stream.glsl"

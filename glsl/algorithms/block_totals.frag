@@ -4,7 +4,7 @@
 #include <records>
 #include "core/stream.glsl"
 
-uniform int texels;   // number of texels of the ranks
+uniform int texels;   // number of texels with ranks
 
 void main() {
     int last = min(BLOCK * (element() + 1), texels) - 1;

@@ -13,14 +13,14 @@ flat in int block;
 flat in int block_start;
 flat in int block_total;
 
-uniform int texels;   // number of texels of the ranks
+uniform int texels;   // number of texels with ranks
 
 void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     int place = (texel.y << TABLE_WIDTH_LOG2) + texel.x - block_start;
     float rank = float(place);
-    // `place` kept elements of the block come before this element. A texel holds at most four, so they fill
-    // at least place / 4 texels; likewise for the kept elements after it. Search between these texels.
+    // `place` kept elements of the block come before this element. These fill at least place / 4 texels,
+    // because a texel holds at most four. The same holds after this element. Search between these texels.
     int lo = BLOCK * block + place / 4;
     int hi = min(BLOCK * (block + 1), texels) - 1 - (block_total - 1 - place) / 4;
     while (lo < hi) {

@@ -1,12 +1,12 @@
 #version 330 core
 // Scatter of stream reduction by blocks (Roger, Assarsson, Holzschuch, "Efficient Stream Reduction on the
 // GPU", 2007; survey, section 3.6). The kept elements of a block are adjacent in the target, so a line
-// covers them, and only its two ends are sent as vertices. A line that would cross the end of a row is
-// split in two.
+// covers them, and only the line's two ends are sent as vertices. A line that would cross the end of a row
+// is split in two.
 //
 // OpenGL draws a line's texel if the line leaves the diamond around the texel's centre. Each line therefore
-// runs from the centre of its first texel to the centre of the texel after its last. That texel may lie
-// beyond the end of the row. Clipping there would end the line on a diamond's corner, so the viewport is
+// runs from the centre of its first texel to the centre of the texel after its last. This end may lie
+// beyond the row. Clipping at the row's end would end the line on a diamond's corner, so the viewport is
 // twice as wide as the target.
 
 #include <sources>

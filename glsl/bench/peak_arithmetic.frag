@@ -1,6 +1,6 @@
 #version 330 core
 // Measures the rate of multiply-adds (figures/experiments/cpu_peak.py): TURNS * ROUNDS for each of three
-// vectors. The vectors are nearly independent, so that their operations overlap, and fit in registers.
+// vectors. The vectors are nearly independent, so their operations overlap. The vectors fit in registers.
 
 out vec4 sum;
 
@@ -11,7 +11,7 @@ void main() {
     vec4 b = a + 1.0;
     vec4 c = a + 2.0;
     for (int turn = 0; turn < TURNS; ++turn) {
-        for (int k = 0; k < ROUNDS; ++k) {     // constant and short: compilers unroll it
+        for (int k = 0; k < ROUNDS; ++k) {     // constant and short: compilers unroll this loop
             a = a * FACTOR + b;
             b = b * FACTOR + c;
             c = c * FACTOR + a;

@@ -1,7 +1,7 @@
 // The slab test of a ray against a box. Boxes are slightly widened (slack.glsl).
 
-// The larger and the smaller of two numbers, neither NaN, in two instructions; llvmpipe's max and min also
-// check for NaN and take three.
+// `larger` and `smaller` take two instructions; no argument may be NaN. llvmpipe's max and min also check
+// for NaN and take three instructions.
 float larger(float a, float b) {
     PRECISE float found = a > b ? a : b;
     return found;
@@ -20,8 +20,8 @@ float min_component(vec3 v) {
     return smaller(smaller(v.x, v.y), v.z);
 }
 
-// Return the interval of t, from x to y, in which a ray is inside a box; empty if x > y. With OCTANTS, `lo`
-// is the corner that the ray meets first, and `hi` the opposite corner.
+// Return the interval of t, from x to y, in which a ray is inside a box. It is empty if x > y. With
+// OCTANTS, `lo` is the corner that the ray meets first, and `hi` the opposite corner.
 vec2 box_interval(Ray ray, vec3 lo, vec3 hi) {
     vec3 a = R(R(lo - ray.lo_origin) * ray.inv_dir);
     vec3 b = R(R(hi - ray.hi_origin) * ray.inv_dir);

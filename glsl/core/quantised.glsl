@@ -1,6 +1,6 @@
 // Quantised bounds of nodes: whole numbers of steps from the lower corner of the scene's box. The builder
-// decodes by the same expression, and moves a bound outward by one step if it would lie inside the exact
-// box.
+// decodes by the same expression. If a decoded bound would lie inside the exact box, the builder moves the
+// bound outward by one step.
 
 #ifdef QUANTISED_NODES
 

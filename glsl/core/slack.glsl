@@ -3,9 +3,9 @@
 //
 // Let u be the unit roundoff ARITHMETIC_UNIT, and M the largest distance along any axis from the ray's
 // origin to a point of the scene. A distance along one axis does not bound the error along this axis,
-// because the watertight test shears depth onto the other two. For example, with the scene and the origin
-// in the plane y = 0 a sheared corner is off by several u M along y. These errors arise along an axis, to
-// first order in u (as in gpgpu_rt/numerics/error_bounds.py):
+// because the watertight test shears depth onto the other two axes. For example, if the scene and the
+// origin lie in the plane y = 0, a sheared corner is off by several u M along y. To first order in u, these
+// errors arise along an axis (as in gpgpu_rt/numerics/error_bounds.py):
 //
 //   6 u M             A sheared corner: u M from the subtraction, 3 u M from the product, 2 u M from the
 //                     sum. Edge functions have the right signs for the corners as computed. An
@@ -22,9 +22,9 @@
 // outside the triangle's box, and a search that begins or ends between t and the box loses the hit
 // (docs/extremes.md says how often).
 //
-// The slack also includes SPACING times each coordinate of the origin, at least the distance to the next
-// float. Without this term the sum of origin and slack could round back to the origin in a scene far from
-// 0.
+// The slack also includes SPACING times each coordinate of the origin. This term is at least the distance
+// to the next float. Without the term, the sum of origin and slack could round back to the origin in a
+// scene far from 0.
 
 uniform vec3 scene_lo;
 uniform vec3 scene_hi;

@@ -1,5 +1,5 @@
 // Ray against triangle. All tests read the same record and report u and v of the hit point p = (1 - u - v)
-// v0 + u v1 + v v2. They do not cull back faces and never hit a triangle without area.
+// v0 + u v1 + v v2. The tests do not cull back faces and never hit a triangle without area.
 
 #ifdef IMAGE_CELLS
 #include "methods/geometry_image/image_triangles.glsl"

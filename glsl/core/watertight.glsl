@@ -1,6 +1,6 @@
 // The watertight triangle test: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013,
 // without its fallback to a wider format. An edge function depends on its two vertices only. The triangle
-// across the edge computes the same value with the opposite sign, so no ray leaks between the two.
+// across the edge computes the same value with the opposite sign, so no ray leaks between these triangles.
 //
 // Departures:
 // - The paper swaps two axes to keep the winding; here both windings are accepted.

@@ -1,12 +1,12 @@
 // One test of a box for all rays of a packet, by interval arithmetic: Wald, Boulos, Shirley, "Ray Tracing
 // Deformable Scenes Using Dynamic Bounding Volume Hierarchies", TOG 2007.
 //
-// A turn is the group of rays that walk together (packet_turns.glsl); their directions agree in their
-// signs. Each operation here is an operation of `box_interval` (core/box.glsl) on the rays' extreme values.
+// The rays of a turn walk together (packet_turns.glsl); their directions agree in their signs. Each
+// operation here is an operation of `box_interval` (core/box.glsl) on the rays' extreme values.
 // Rounding is monotonic, so if the interval of a box is empty, no ray is in the box.
 //
 // Departure: a turn includes only the waiting rays that begin within REACH of the first waiting ray, on
-// every axis. If a silhouette splits a packet's shadow rays, bounds around all of them would contain most
+// every axis. If a silhouette splits a packet's shadow rays, bounds around all its rays would contain most
 // of the scene, and the packet would walk through most of the tree.
 
 #define TESTERS(f) f(0);   // calls f(r) for each tester r of a box; here the packet is the only tester
@@ -94,7 +94,7 @@ bool begins_near(int r) {
 }
 
 // Along each axis the extreme origin is a maximum or a minimum, depending on the directions' sign.
-// Multiplied by these signs, first_origin is always a maximum and last_origin a minimum.
+// Multiplied by the signs `along`, first_origin is always a maximum and last_origin a minimum.
 void bound_origin(int r) {
     Ray ray = rays[r];
     bool here = ray.t_min < NEVER;
@@ -153,8 +153,8 @@ vec3 ends_by_sign(vec3 a, vec3 positive, vec3 negative) {
                 end_by_sign(a.z, positive.z, negative.z));
 }
 
-// Return an interval of t, from x to y, that contains each ray's part in the box that is not yet searched;
-// empty if x > y.
+// Return an interval of t, from x to y, that contains the part of each ray that lies in the box and is
+// still to be searched. It is empty if x > y.
 vec2 searched(int r, vec3 lo, vec3 hi) {
     vec3 a = R(met_first(lo, hi) - first_origin);
     vec3 b = R(met_last(lo, hi) - last_origin);

@@ -1,6 +1,6 @@
 #version 330 core
-// Writes the results of the rays that the step limit of packets left unsettled and that a single-ray method
-// then traced (left_behind.frag). All other rays stay unchanged.
+// Writes the results of the unsettled rays (packet.frag), which a single-ray method has traced
+// (left_behind.frag). All other rays stay unchanged.
 
 #include "core/precision.glsl"
 #include "core/phase.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
 // Keeps the fragments of the rays in one phase, so that an occlusion query counts these rays. If the pass
-// also writes depth, the depth selects the same rays in the passes of their kernel. Phase UNFINISHED
+// also writes depth, the depth selects the same rays in the passes of the phase's kernel. Phase UNFINISHED
 // selects every stopped ray.
 
 #include "core/phase.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
 // Covers a target with one fragment for each ray. It draws either one large triangle over the whole target,
-// or the rectangles that hold live rays. Every program must compute exactly the same depth, because one
-// program writes a depth mask of rays and the fragments of others are tested against it.
+// or the rectangles that hold live rays. Every program must compute exactly the same depth: one program
+// writes a depth mask of rays, and the depth test compares the fragments of other programs with the mask.
 
 in vec4 rectangle;     // lower and upper corner, in rays
 uniform vec2 scale;    // clip units per ray

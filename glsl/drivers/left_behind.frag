@@ -1,6 +1,6 @@
 #version 330 core
-// Selects the rays that the step limit of packets left unsettled, for a single-ray method to trace. All
-// other rays get an empty interval.
+// Selects the unsettled rays (packet.frag), so that a single-ray method traces only these. All other rays
+// get an empty interval.
 
 #include "core/precision.glsl"
 #include "core/phase.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// Masks rays that have ended: keeps only their fragments, whose depth makes the early depth test reject
-// these rays from now on. The occlusion query around this pass counts the fragments. A pass over rays reads
-// the states from before the last kernel pass: a ray that had ended by then has its final state in both
+// Masks rays that have ended: keeps only the fragments of these rays, whose depth makes the early depth
+// test reject the rays from now on. The occlusion query around this pass counts the fragments. A pass over
+// rays reads the states from before the last kernel pass, so a masked ray has its final state in both
 // ping-pong buffers. A pass over packets only counts ended packets.
 
 #include "core/phase.glsl"

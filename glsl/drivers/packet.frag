@@ -3,7 +3,7 @@
 // hits to several render targets (Horn et al. 2007). The file <targets> defines the layout of the hits.
 //
 // A ray is unsettled if the step limit stopped its packet before the ray's search was over. With
-// SETTLED_ALONE a packet that leaves a ray unsettled is discarded. If an occlusion query then shows that a
+// SETTLED_ALONE a packet with an unsettled ray is discarded. If an occlusion query then shows that a
 // packet is missing, which is rare, all packets are drawn again without SETTLED_ALONE. So no extra pass has
 // to search the hits for unsettled rays.
 //

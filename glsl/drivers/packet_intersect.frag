@@ -1,5 +1,5 @@
 #version 330 core
-// The part of a packet's step that runs for each ray, under the schedule `step`. One fragment serves one
+// Runs each ray's part of a packet's step, under the schedule `step`. One fragment serves one
 // ray. If its packet is at a triangle, the ray tests the triangle. The first fields of the ray's new state
 // are a copy of the packet's phase and step count.
 //

@@ -1,6 +1,6 @@
 // The turns of a packet. A walk visits nodes in one order, but rays whose directions differ in a sign need
-// different orders. So a packet may walk several times, each time with the rays that agree with the first
-// waiting ray. Such a walk is a turn.
+// different orders. So a packet may walk several times. Each walk is a turn: it includes the waiting rays
+// whose directions have the signs of the first waiting ray's direction.
 
 #include "core/octant.glsl"
 

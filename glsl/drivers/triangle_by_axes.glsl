@@ -1,6 +1,6 @@
 // The watertight test of a triangle for the rays of a turn (drivers/packet_turns.glsl), which have the same
-// dominant axis. The axes of the corners are permuted once for all rays; if all rays of the image have one
-// origin, the positions of the corners relative to it are also computed once. The operations are those of
+// dominant axis. The axes of the corners are permuted once for all rays. If all rays of the image have the
+// same origin, the corners relative to this origin are also computed once. The operations are those of
 // `test_triangle`, so the hits have the same bits. A method defines PRESENT(r), which says whether ray r
 // belongs to the turn.
 

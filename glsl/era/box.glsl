@@ -1,5 +1,5 @@
-// The slab test (Kay and Kajiya 1986) of the era form (docs/era.md). Unlike core/box.glsl, which it
-// replaces, it does not widen boxes.
+// The slab test (Kay and Kajiya 1986) of the era form (docs/era.md). This file replaces core/box.glsl. The
+// test does not widen boxes.
 
 float larger(float a, float b) {
     return max(a, b);

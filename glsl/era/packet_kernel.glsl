@@ -1,6 +1,6 @@
-// The text of one packet kernel inside a loop, for counting: a card's compiler counts its instructions, but
-// it never runs. packet_loop.glsl runs the same kernels. For single rays, pass.glsl with IN_LOOP gives the
-// text to count.
+// The text of one packet kernel inside a loop. A card's compiler counts its instructions; the text never
+// runs. packet_loop.glsl runs the same kernels. For single rays, pass.glsl with IN_LOOP gives the text to
+// count.
 //
 // The loop keeps the state in registers and writes only hits. Here each kernel writes the fields that it
 // changes, so that the compiler drops no computation and adds no moves. The hits of four rays fill all

@@ -1,10 +1,10 @@
-// A pass that runs one kernel on each ray that waits for this kernel, as on cards without loops (Purcell et
+// A pass runs one kernel on each ray that waits for this kernel, as on cards without loops (Purcell et
 // al. 2002; Foley and Sugerman 2005). The early depth test rejects all other rays. The host chooses a
-// kernel for several passes; a ray that stops waiting for it is copied unchanged in the remaining passes.
-// With START the pass sets up the rays' states.
+// kernel for several passes; a ray that no longer waits for this kernel is copied unchanged. With START
+// the pass sets up the rays' states.
 //
 // With IN_LOOP the text is a kernel inside a loop, as on cards with branches (Horn et al. 2007), where the
-// loop has already branched to the kernel. A card's compiler counts its instructions, but it never runs.
+// loop has already branched to the kernel. A card's compiler counts the instructions; the text never runs.
 //
 // Departures from drivers/traverse.frag: there are no integers, step counts or counters, and boxes are not
 // widened. The triangle test is that of Moeller and Trumbore. At equal t, the triangle that is found first

@@ -1,9 +1,9 @@
 #version 330 core
 // Exchange light between neighbouring layers of a bundle of parallel rays (Szirmay-Kalos 1998; survey,
 // section 5). Each pixel draws two points: the first carries light from the nearer layer to the farther
-// layer, the second the other way. A point goes to the texel of the receiving side of a triangle, where
-// blending adds the light. A pixel is a tube of rays; its flux is radiance * solid angle * the pixel's
-// area, for any slope of the surface.
+// layer, the second carries light back. A point goes to the texel of the receiving side of a triangle, and
+// blending adds the light there. A pixel is a tube of rays; its flux is radiance * solid angle * the
+// pixel's area, for any slope of the surface.
 //
 // Departure: the paper draws a random direction in each iteration and averages the results. Here the set of
 // directions is fixed, and each bounce runs through all of them. The fourth channel adds up the weights

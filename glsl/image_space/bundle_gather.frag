@@ -6,7 +6,7 @@
 // Departures: a layer's depth is the depth of its triangle's plane at the point itself, not at the pixel's
 // centre, so the slope of the surface needs no lift. The point is lifted by only a fraction of a pixel,
 // because a curved surface bends away from the plane of a neighbouring triangle. One peeling serves points
-// that look along the bundle and points that look against it; in the chapter it serves one direction only.
+// that look along the bundle and points that look against it. The chapter's peeling serves one direction.
 
 #include <constants>
 #include "core/fetch.glsl"

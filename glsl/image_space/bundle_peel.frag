@@ -5,7 +5,7 @@
 // Rendering Using Rasterization", GPU Gems 2, chapter 38, 2005; survey, section 5.
 //
 // The comparison is exact, since a triangle gives the same float32 depth in each pass. Coincident triangles
-// form a single layer: only one of them is kept.
+// form a single layer: only one of these triangles is kept.
 
 #include <streams>
 

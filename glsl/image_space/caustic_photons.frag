@@ -1,13 +1,13 @@
 #version 330 core
-// Emit one photon for each pixel in which the light sees a refractor or mirror (Shah, Konttinen and
+// Emit one photon for each pixel of the light's image that shows a refractor or mirror (Shah, Konttinen and
 // Pattanaik, "Caustics Mapping: An Image-Space Technique for Real-Time Caustics", TVCG 2007; survey,
-// section 5), and write its exit point, direction and flux. BORDERS is 0 for a mirror, 1 for a surface with
-// another medium behind it, and 2 for a closed mesh. Image-space refraction takes a photon through a closed
-// mesh, as in the paper.
+// section 5). Write the photon's exit point, direction and flux. BORDERS is 0 for a mirror, 1 for a surface
+// with another medium behind it, and 2 for a closed mesh. As in the paper, image-space refraction finds a
+// photon's way through a closed mesh.
 //
-// Departures: a photon carries the flux of its pixel's solid angle, whereas the paper divides the light
-// evenly among visible pixels. The flux that is reflected according to Fresnel's equations is subtracted.
-// Photons that find no exit, or are totally reflected inside, are dropped.
+// Departures: a photon carries the flux of its pixel's solid angle; the paper divides the light evenly
+// among visible pixels. Flux that a refractor reflects (Fresnel's equations) is subtracted. A photon is
+// dropped if it finds no exit or is totally reflected inside.
 
 #include "stages/cover.glsl"
 #include "render/fresnel.glsl"

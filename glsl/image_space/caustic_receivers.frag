@@ -1,5 +1,5 @@
 #version 330 core
-// Write the points that the light sees without the refractor, in which photons look up receivers
+// Write the points that the light would see without the refractor. Photons look up receivers there
 // (caustic_splat.vert).
 
 in vec3 place;

@@ -1,5 +1,5 @@
 #version 330 core
-// Project a corner of a possible receiver into the light's image.
+// Project a corner of a receiving triangle into the light's image.
 
 #include <constants>
 #include "core/fetch.glsl"

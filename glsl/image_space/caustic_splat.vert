@@ -1,13 +1,13 @@
 #version 330 core
-// Find the receiver of a photon in the light's image, and draw a point there (Shah, Konttinen and Pattanaik
-// 2007; survey, section 5). The photon leaves the refractor at V along T. Guess a distance d. Look up the
-// receiver that the light sees in the direction of V + d T. Use its distance from V as the next guess, and
-// repeat. Blending adds up the light of the points; the sum is the caustic map.
+// Find where a photon lands in the light's image, and draw a point there (Shah, Konttinen and Pattanaik
+// 2007; survey, section 5). The photon leaves the refractor at V along T. Guess a distance d from V. Look
+// up the receiver that the light sees in the direction of V + d T. Use this receiver's distance from V as
+// the next guess, and repeat. Blending adds up the light of the points; the sum is the caustic map.
 //
 // Departures: the first guess is d = 0 instead of one unit, so that the scene's scale does not matter. A
 // photon is dropped if another surface blocks its way to the refractor, or if it leaves the light's image.
-// With KNOWN the landing points are given, for example by traced rays. With HOME each landing point goes to
-// the photon's own texel, for readback.
+// With KNOWN, `landed` holds the landing points, for example of traced rays. With HOME, each landing point
+// is written to the photon's own texel, for readback.
 
 #include <constants>
 #include "stages/cover.glsl"

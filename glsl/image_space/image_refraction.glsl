@@ -1,4 +1,4 @@
-// Refract light at two borders of a closed mesh seen from ``eye`` (Wyman 2005; see
+// Refract light at both borders, front and back, of a closed mesh (Wyman 2005; see
 // image_space/refraction_front.frag).
 
 uniform sampler2D back_faces;    // normals, and distances from the eye
@@ -12,7 +12,7 @@ struct Through {
     vec3 exit;         // exit point
     vec3 inside;       // unit direction between the borders
     vec3 outside;      // unit direction behind the second border
-    vec3 normal;       // of the second border, outwards
+    vec3 normal;       // outward normal of the second border
     float kind;
 };
 

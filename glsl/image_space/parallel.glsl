@@ -1,4 +1,4 @@
-// A parallel projection of everything inside a sphere. The depth is 0 at the near end of the sphere.
+// Projects everything inside a sphere along parallel lines. The depth is 0 at the near end of the sphere.
 
 uniform vec3 centre;
 uniform float reach;        // the sphere's radius
@@ -6,7 +6,7 @@ uniform vec3 across;        // unit axes of the image
 uniform vec3 upward;
 uniform vec3 along;         // away from the viewer
 uniform float pixel_size;   // world units
-uniform vec2 shift;         // shift of the image in pixels, so that no two pixel grids line up
+uniform vec2 shift;         // shift in pixels, so that the grids of different directions do not coincide
 uniform float resolution;   // pixels per side
 
 // Return x and y of a point in pixels, and its depth in world units.

@@ -1,7 +1,7 @@
 #version 330 core
-// First pass of image-space refraction: write the normal of the farthest surface that faces away, and its
-// distance along the eye ray. The image has row 0 at the top, which reverses every winding: GL's front
-// faces show their backs.
+// First pass of image-space refraction: write the normal of the farthest back-facing surface, and the
+// surface's distance along the eye ray. Row 0 of the image is at the top, which reverses every winding:
+// GL's front faces are the back faces.
 
 #include "stages/cover.glsl"
 

@@ -2,10 +2,10 @@
 // Second pass of image-space refraction (Wyman, "An Approximate Image-Space Approach for Interactive
 // Refraction", 2005; survey, section 5): refract light where it enters the mesh. Blend two thicknesses, one
 // along the eye ray and one against the normal, into an estimate of the exit point. At the exit, refract
-// light by the normal that the first pass wrote there.
+// light with the normal that the first pass wrote there.
 //
-// Departure: past the critical angle, light is reflected once and then leaves. If the exit lies outside the
-// image of the first pass, light leaves unrefracted. `kind` marks these two cases.
+// Departure: beyond the critical angle, light is reflected once and then leaves. If the exit lies outside
+// the image of the first pass, light leaves unrefracted. `kind` marks these two cases.
 
 #include "stages/cover.glsl"
 #include "image_space/image_refraction.glsl"

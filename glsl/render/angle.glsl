@@ -1,5 +1,5 @@
-// The angle between a vector of the plane and the x axis, in (-pi, pi], with an error of 1e-7. A driver's
-// own inverse functions may have errors of 1e-4 or more, which would shift an image of the sky.
+// The angle between a 2D vector and the x axis, in (-pi, pi], with an error of 1e-7. A driver's own inverse
+// functions may have errors of 1e-4 or more, which would shift an image of the sky.
 float angle_of(vec2 at) {
     vec2 size = abs(at);
     float most = max(size.x, size.y);

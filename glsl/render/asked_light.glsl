@@ -1,6 +1,6 @@
 // Light sampling at a vertex of a path: choose a light by Walker's alias method (1977), from the table of
-// gpgpu_rt/scene/light_choice.py, and a point on this light, called the asked light. If the surroundings of
-// the scene are chosen, asked_surroundings.glsl samples a direction instead of a point.
+// gpgpu_rt/scene/light_choice.py, and a point on this light. The two form the asked light. If the
+// surroundings of the scene are chosen, asked_surroundings.glsl samples a direction instead of a point.
 
 uniform int light_count;
 uniform float light_density;   // density of sampled points per area, divided by the luminance of their emission
@@ -10,7 +10,7 @@ struct AskedLight {
     vec3 normal;        // normal of a triangle; zero for a point light
     vec3 strength;      // radiance of a triangle; for a point light, irradiance / the light's probability
     float blur;         // the shadow ray must end this far before the light's surface
-    bool far;           // the light is the surroundings of the scene
+    bool far;           // whether the light is the surroundings of the scene
 };
 
 AskedLight ask_light(vec4 random) {

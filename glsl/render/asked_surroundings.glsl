@@ -1,8 +1,8 @@
 // Light sampling of the surroundings. If the surroundings are an image, brighter directions are sampled
 // more often, and multiple importance sampling gives the weights, as for points on emitting triangles. A
 // sky varies little in brightness, so light sampling draws a direction from the surface's own distribution,
-// as the path's next direction is drawn. The two directions then get equal weights, except for the
-// probability that light sampling chooses the surroundings (`far_chance`). Include after scatter.glsl,
+// like the path's next direction. The two directions then get equal weights, except for the probability
+// that light sampling chooses the surroundings (`far_chance`). Include after scatter.glsl,
 // surroundings.glsl, luminance.glsl and both_ways.glsl.
 
 uniform int far_light;      // the surroundings' number among the lights
@@ -12,7 +12,7 @@ uniform float far_chance;   // the probability that light sampling chooses the s
 #include "render/image_light.glsl"
 #endif
 
-// Sample a direction towards the surroundings. Return the light from this direction that the surface
+// Sample a direction towards the surroundings. Return how much light from this direction the surface
 // reflects back along the ray, if no triangle is in between.
 vec3 surroundings_asked(Surface surface, Scatter scatter, vec4 random, out vec3 direction) {
 #ifdef ASKED_IMAGE

@@ -1,7 +1,7 @@
 #version 330 core
 // Write the rays that continue from hits (Whitted 1980): reflected rays, or refracted rays if REFRACTED is
 // defined. Each ray gets a weight, the share of its light that reaches the pixel. If no ray continues, the
-// fragment is discarded: its texels stay cleared, which means an empty ray, and an occlusion query around
+// fragment is discarded. Its texels then stay cleared, which means an empty ray. An occlusion query around
 // this pass shows whether any ray exists.
 
 #include "core/fetch.glsl"
@@ -26,7 +26,7 @@ const bool REFRACTS = true;
 const bool REFRACTS = false;
 #endif
 
-uniform bool first_wave;    // the incoming rays are eye rays, of weight 1
+uniform bool first_wave;    // whether the incoming rays are eye rays, of weight 1
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);

@@ -1,6 +1,6 @@
 #version 330 core
 // Place a point for each packed path at the texel that the path came from, for bring_back.frag. A wave is
-// the set of paths traced at once. path_pack.frag has copied its live paths side by side into smaller
+// the set of paths traced at once. path_pack.frag has copied a wave's live paths side by side into smaller
 // textures.
 
 #include <sources>

@@ -1,13 +1,13 @@
 #version 330 core
 // Add a light's contribution to the sum of each pixel by blending: the unshadowed light (`lit`), plus the
-// direct light if the shadow ray hit nothing. With BOUNCES both are multiplied by the weight of the pixel's
-// path.
+// direct light if the shadow ray hit nothing. With BOUNCES, multiply the contribution by the weight of the
+// pixel's path.
 
 #include <streams>
 #include "core/hit.glsl"
 
 #ifdef BOUNCES
-uniform bool first_wave;    // the rays are eye rays, of weight 1
+uniform bool first_wave;    // whether the rays are eye rays, of weight 1
 #endif
 
 void main() {

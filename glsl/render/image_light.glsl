@@ -1,11 +1,11 @@
-// Sample directions towards an image around the scene with a density proportional to its brightness.
-// gpgpu_rt/scene/image_light.py is the numpy version and documents the algorithm. Include after
+// Sample directions towards an image around the scene, with a density proportional to the image's
+// brightness. gpgpu_rt/scene/image_light.py is the numpy version and documents the algorithm. Include after
 // surroundings.glsl, sample.glsl and luminance.glsl.
 
 uniform sampler2D surroundings_sums;    // cumulative probabilities of the cells of each row
 
-// The probability density (per steradian) of a direction, divided by the luminance of its radiance, at the
-// latitude whose cosine is the mean cosine of the row of cells. The density includes the probability that
+// The ratio of a direction's probability density (per steradian) to the luminance of its radiance, where
+// the cosine of the latitude equals its mean in the row of cells. The density includes the probability that
 // light sampling chooses the image.
 uniform float image_density;
 
@@ -15,7 +15,7 @@ struct FarLight {
     float bright;       // density of the direction, times the cosine of its latitude
 };
 
-// The density of a direction, times the cosine of its latitude, from the radiance in this direction.
+// The density of a direction times the cosine of its latitude, given the radiance in this direction.
 float image_bright(int row, vec3 radiance) {
     return image_density * luminance(radiance) * surroundings_row_cosine(row);
 }
@@ -30,7 +30,7 @@ float cell_sum(int row, int column) {
     return texelFetch(surroundings_sums, ivec2(column, row), 0).r;
 }
 
-// Sample a position in [0, 1] with a density that is linear from `here` to `there`.
+// Sample a position in [0, 1] with a density that changes linearly from `here` to `there`.
 float sample_linear(float here, float there, float random) {
     float root = sqrt(mix(here * here, there * there, random));
     return random * (here + there) / max(here + root, 1e-30);
@@ -68,7 +68,7 @@ FarLight ask_image(vec2 random) {
     part.x = sample_linear(luminance(ends[0]), luminance(ends[1]), part.x);
     vec3 radiance = mix(ends[0], ends[1], part.x);
     // Compute sine and cosine of half the latitude and of a quarter of the longitude, because the
-    // polynomials are accurate for small angles. Then compute them for the whole angles.
+    // polynomials are accurate for small angles. Then double the angles.
     float first = max(float(row) - 0.5, 0.0);
     float last = min(float(row) + 0.5, float(size.y));
     vec2 up = sine_and_cosine(SAMPLE_PI * (0.25 - 0.5 * mix(first, last, part.y) / float(size.y)));

@@ -1,5 +1,5 @@
-// Direct light from one light: the shadow ray from the surface, and the light that arrives if nothing
-// blocks it.
+// Computes direct light from one light: the shadow ray, and the light that arrives if nothing blocks the
+// ray.
 
 uniform vec3 light_position;    // position of a point light, or first corner of an emitting triangle
 uniform vec3 light_intensity;   // intensity of a point light; for a triangle, radiance times area divided by pi
@@ -16,10 +16,10 @@ uniform bool light_is_area;
 uniform vec3 light_edge_u;      // edges from the first corner to the second and third
 uniform vec3 light_edge_v;
 uniform vec2 light_place;       // sample point in the unit square, the same for all pixels
-uniform ivec2 corner;           // corner of the drawn region, in the picture
+uniform ivec2 corner;           // corner of the drawn region, in pixels of the picture
 
 // All pixels use the same sample points, shifted around the unit square by random numbers of the pixel
-// (Cranley and Patterson 1976). The shift turns the edges of several shadows into noise.
+// (Cranley and Patterson 1976). The shift turns the edges of the sample points' shadows into noise.
 vec3 place_on_light(ivec2 pixel) {
     vec2 moved = random_numbers(random_counter(uvec2(corner + pixel), 0u, 0u, 0u, 0u)).xy;
     vec2 uv = sample_triangle(fract(light_place + moved));
@@ -28,8 +28,8 @@ vec3 place_on_light(ivec2 pixel) {
 #endif
 
 #ifdef GLOSSY
-// A lobe that conserves energy, around the mirror direction (Lafortune and Willems 1994), times pi, because
-// light intensities are irradiances divided by pi.
+// An energy-conserving lobe around the mirror direction (Lafortune and Willems 1994). It is multiplied by
+// pi, because light intensities are irradiances divided by pi.
 vec3 glossy_light(Surface surface, vec3 to_light, vec3 direction) {
     float exponent = glossy_exponent(surface.material);
     float cosine = dot(to_light, reflect(direction, surface.normal));

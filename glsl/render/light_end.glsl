@@ -1,18 +1,18 @@
-// The end of a shadow ray, which must not hit the light that the ray aims at.
+// Computes the end of a shadow ray. The ray must not hit the light at which it aims.
 
 // The relative error of a shadow ray's end. The distance is computed with five roundings, and the direction
 // with one. The test of a surface at the light adds six roundings (of the surface's vertices and the
 // shear). Storing the direction and the end rounds again.
 const float LIGHT_ERROR = 12.0 * ARITHMETIC_UNIT + 4.0 * STORAGE_UNIT;
 
-// The error of a point on a triangle, along the normal: a few roundings of its largest coordinate, and as
-// many roundings of the triangle's extent in the triangle test.
+// The error of a point on a triangle, along the normal: a few roundings of its largest coordinate, and
+// equally many of the triangle's extent in the triangle test.
 float place_error(vec3 place, vec3 edge_u, vec3 edge_v) {
     vec3 off = abs(place) + abs(edge_u) + abs(edge_v);
     return LIGHT_ERROR * max(max(off.x, off.y), off.z);
 }
 
-// The end of a ray with a unit direction that meets the triangle at the cosine `facing`.
+// The end of a ray with a unit direction. `facing` is the cosine between the ray and the light's normal.
 float shadow_end(float distance, float error, float facing) {
     return distance * (1.0 - LIGHT_ERROR) - min(error / max(facing, 1e-4), 0.5 * distance);
 }

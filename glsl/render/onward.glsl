@@ -1,9 +1,9 @@
-// The reflected or refracted ray at a mirror or dielectric surface (Whitted 1980). Include after
+// Computes the reflected or refracted ray at a mirror or dielectric surface (Whitted 1980). Include after
 // surface.glsl, and under DIELECTRICS after fresnel.glsl.
 
 struct Onward {
     vec3 direction;
-    vec3 share;     // share of the light from this direction that goes back along the ray; zero: no ray
+    vec3 share;     // share of the light from this direction that goes back along the ray; 0: no ray
     vec3 side;      // the flat normal on the side of the outgoing direction
 };
 
@@ -26,8 +26,8 @@ Onward onward(Surface surface, vec3 incoming, bool refracts) {
         }
     }
 #endif
-    // A blended normal may send the ray to the wrong side of the triangle. Then reflect the ray by the flat
-    // normal.
+    // A blended normal may send the ray to the wrong side of the triangle. Then reflect the ray with the
+    // flat normal.
     if (dot(on.direction, on.side) <= 0.0) {
         on.direction = reflect(on.direction, on.side);
     }

@@ -1,7 +1,7 @@
 #version 330 core
 // Mark the texels of paths that ended before the last vertex. The passes of successive vertices write two
-// sets of textures in alternation. At these texels both already hold an empty ray, so the early depth test
-// may skip them.
+// sets of textures in alternation. At these texels both sets already hold an empty ray, so the early depth
+// test may skip these.
 
 #include <streams>
 

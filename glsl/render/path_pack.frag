@@ -1,7 +1,7 @@
 #version 330 core
 // Copy the live paths of a wave (the paths traced at once) side by side into smaller textures. A copy holds
-// the path's ray and weight, the light found so far, and the texel that the path came from. Texels past the
-// last live path get an empty ray.
+// the path's ray and weight, the light found so far, and the texel that the path came from. Texels behind
+// the last live path get an empty ray.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -1,5 +1,5 @@
 #version 330 core
-// Find for each tile of pixels, with one fragment a tile, whether it holds a live path.
+// Find whether a tile of pixels holds a live path, with one fragment per tile.
 
 #include <streams>
 

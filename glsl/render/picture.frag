@@ -1,7 +1,7 @@
 #version 330 core
 // Write the picture in sRGB. With GATHERED the light of a pixel is the sum that other passes gathered,
 // divided by the number of samples. Without GATHERED (one sample per pixel, at most one shadow ray per hit,
-// no bounces) the light is the light that needs no shadow ray, plus the direct light if the shadow ray hit
+// no bounces) a pixel gets the light that needs no shadow ray, plus the direct light if the shadow ray hit
 // nothing. Ambient light and emission need no shadow ray, nor do the surroundings if the eye ray hit
 // nothing. If the host applies an exposure or a tone map, the picture is linear and not clipped.
 

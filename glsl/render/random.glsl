@@ -1,9 +1,8 @@
 // Random numbers without a state (Salmon, Moraes, Dror and Shaw, "Parallel Random Numbers: As Easy as 1, 2,
-// 3", SC 2011): each number is an integer hash of pixel, sample, bounce and purpose, so every method,
+// 3", SC 2011): each number is an integer hash of pixel, sample, bounce and purpose. So every method,
 // schedule and order of passes draws the same numbers. The hash is pcg4d of Jarzynski and Olano, "Hash
-// Functions for GPU Rendering", JCGT 9(3), 2020. Philox of Salmon et al. needs the high half of a
-// product, which GLSL 330 lacks. gpgpu_rt/reference/random_numbers.py draws the same
-// numbers.
+// Functions for GPU Rendering", JCGT 9(3), 2020. Philox of Salmon et al. needs the high half of a product,
+// which GLSL 330 lacks. gpgpu_rt/reference/random_numbers.py draws the same numbers.
 
 // The counter of a block of four numbers: the pixel, the sample, and a word that packs the seed, the bounce
 // and the block, which stands for the purpose. The word has space for 16 blocks per bounce, 4096 bounces

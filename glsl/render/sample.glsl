@@ -7,7 +7,7 @@
 
 const float SAMPLE_PI = 3.14159265358979;
 
-// (sine, cosine) by Taylor series, |angle| <= pi / 4, with errors of 2e-9 and 2e-10.
+// (sine, cosine) by Taylor series for |angle| <= pi / 4, with errors of 2e-9 and 2e-10.
 vec2 sine_and_cosine(float angle) {
     float x = angle * angle;
     float s = 1.0 + x * (-1.0 / 6.0 + x * (1.0 / 120.0 + x * (-1.0 / 5040.0 + x / 362880.0)));
@@ -85,7 +85,7 @@ float cosine_density(float cosine) {
 
 // A direction with a density proportional to cos^n of its angle to z (Lafortune and Willems, "Using the
 // Modified Phong Reflectance Model for Physically Based Rendering", 1994); `lobe_density` is the density.
-// The square of the sine is 1 - u^(2 / (n + 1)).
+// The square of the sine is 1 - u^(2 / (n + 1)), with u uniform in (0, 1).
 vec3 sample_lobe(vec2 random, float exponent) {
     vec3 disc = sample_disc(random);
     // The disc's squared radius is uniform in (0, 1), and so is 1 minus the squared radius.
@@ -98,7 +98,7 @@ float lobe_density(float cosine, float exponent) {
         * exponential_of_minus(-exponent * logarithm(min(cosine, 1.0))) : 0.0;
 }
 
-// Weights u, v of a triangle's second and third corner for a point that is uniform by area (Turk,
+// Weights u, v of a triangle's second and third corner for a point drawn uniformly from the triangle (Turk,
 // "Generating Random Points in Triangles", Graphics Gems, 1990).
 vec2 sample_triangle(vec2 random) {
     float s = sqrt(random.x);

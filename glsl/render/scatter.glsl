@@ -1,4 +1,4 @@
-// Reflection at a surface, and the continuation of a path from the surface. `_Surfaces` of
+// Computes reflection at a surface, and continues a path from the surface. `_Surfaces` of
 // gpgpu_rt/reference/path.py is the float64 version.
 
 struct Scatter {
@@ -58,7 +58,7 @@ vec3 scattered(Surface surface, Scatter scatter, vec3 direction, out float densi
     return reflected * cosine;
 }
 
-// A blended normal may send a ray to the wrong side of the triangle; reflect this ray by the flat normal.
+// A blended normal may send a ray to the wrong side of the triangle; reflect this ray with the flat normal.
 vec3 kept_off(vec3 direction, vec3 side) {
     return dot(direction, side) <= 0.0 ? reflect(direction, side) : direction;
 }

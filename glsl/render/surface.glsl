@@ -35,8 +35,8 @@ Surface surface_at(Rays ray, Hit hit) {
                  + hit.u * corner_normals_n1(hit.triangle)
                  + hit.v * corner_normals_n2(hit.triangle);
     blended = dot(blended, normal) < 0.0 ? -blended : blended;
-    // Flat triangles have zeros in place of corner normals. A blended normal that faces away from the ray
-    // would shade the back side.
+    // Flat triangles have zeros for corner normals, and a blended normal that faces away from the ray would
+    // shade the back side.
     bool usable = dot(blended, blended) > 1e-6 && dot(blended, ray.direction) < 0.0;
     normal = usable ? normalize(blended) : normal;
 #endif

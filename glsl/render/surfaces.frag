@@ -1,8 +1,8 @@
 #version 330 core
 // Shading (Purcell et al. 2002, the last of their four kernels). Write the light that each hit reflects
-// from one light and from the surroundings, and the shadow ray towards the light: a point light, without
-// falloff, or a point on an emitting triangle. This pass is drawn once for each light; only the first draw
-// adds unshadowed light.
+// from one light and from the surroundings, and the shadow ray towards the light. The light is a point
+// light (without falloff) or a point on an emitting triangle. This pass is drawn once for each light; only
+// the first draw adds unshadowed light.
 
 #include "core/fetch.glsl"
 #include "core/precision.glsl"
@@ -25,9 +25,9 @@
 #endif
 #include "render/onward.glsl"
 
-uniform bool last_wave;     // the limit of bounces is reached, so no rays continue from these hits
+uniform bool last_wave;     // whether the limit of bounces is reached, so that no rays continue
 
-// At the last bounce, add the light of the surroundings for each ray that render/branch.frag would make.
+// At the last bounce, sum the surroundings' light over the rays that render/branch.frag would make.
 vec3 surroundings_beyond(Surface surface, vec3 incoming, vec3 weight) {
     vec3 light = vec3(0.0);
     for (int k = 0; k < 2; ++k) {

@@ -1,5 +1,5 @@
-// Bilinear lookup in an image that is a rectangle of a texture. Texture coordinates (0, 0) are the lower
-// left corner, row 0 is the uppermost row, and the image repeats. `Texture.sample` in
+// Looks up an image bilinearly; the image is a rectangle of a texture. Texture coordinates (0, 0) are the
+// lower left corner, row 0 is the uppermost row, and the image repeats. `Texture.sample` in
 // gpgpu_rt/scene/texture.py is the numpy version.
 
 vec3 image_at(sampler2D images, ivec2 corner, ivec2 size, vec2 uv) {

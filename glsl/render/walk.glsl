@@ -1,6 +1,6 @@
-// The pixel, the sample and the random numbers of the path at a texel. A wave is the set of paths traced at
-// once: a block of texels for each pixel, a texel for each sample. If live paths were packed side by side
-// (PACKED), the stream `came_from` holds, for each path, its texel in the wave before packing.
+// Computes the pixel, the sample and the random numbers of the path at a texel. A wave is the set of paths
+// traced at once: a block of texels for each pixel, a texel for each sample. If live paths were packed side
+// by side (PACKED), the stream `came_from` holds, for each path, its texel in the wave before packing.
 
 #include "render/random.glsl"
 #ifdef SOBOL
@@ -10,10 +10,10 @@
 uniform ivec2 block;
 uniform ivec2 corner;   // corner of the drawn region, in the picture
 uniform int first_sample;
-uniform int samples;    // samples in total; texels past the last sample hold no path
+uniform int samples;    // samples in total; texels behind the last sample hold no path
 uniform int seed;
 
-// The path's pixel in the whole picture, on which random numbers depend whichever region is drawn.
+// The path's pixel in the whole picture. It selects the random numbers, whichever region is drawn.
 ivec2 walk_pixel(ivec2 texel) {
     return corner + texel / block;
 }

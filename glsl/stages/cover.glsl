@@ -1,5 +1,5 @@
-// Bounds on the pixels whose eye rays can hit a triangle, and on the least depth of the hits, against which
-// the rasteriser's first hits are checked. Each value is moved to the safe side by a bound on its error:
+// Computes the pixels whose eye rays can hit a triangle, and the least depth of the hits. These bounds
+// serve to check the rasteriser's first hits. Each value is moved to the safe side by a bound on its error:
 // sixteen times the first-order terms of the error.
 //
 // Let all corners of a triangle be at least `nearest` deep. If `test_triangle` accepts the triangle for the
@@ -16,9 +16,9 @@
 // of products of two corners in the test, and grows with the product of the two corners' distances.
 //
 // The depth of a hit is the depth of the triangle's plane, clamped to the range of the corners' depths, so
-// it is never less than `depth`. The depth of the plane is 1 / (slope . ray). `slope_off` covers the errors
-// of the normal here and in the test. The hit's depth is less than the depth of the plane by at most
-// `misjudged`.
+// the hit's depth is never less than `depth`. The depth of the plane is 1 / (slope . ray). `slope_off`
+// covers the errors of the normal here and in the test. The hit's depth is less than the depth of the plane
+// by at most `misjudged`.
 
 uniform vec3 eye;
 uniform vec3 right;      // `right` and `up` are scaled as in Camera.basis
@@ -32,8 +32,8 @@ const float ERROR = 9.5367e-7;     // 2^-20: sixteen roundings
 const float BEHIND_ALL = -1e30;    // a depth that excludes nothing
 
 struct Cover {
-    bool outside;     // no ray of the image hits the triangle
-    bool cut;         // a corner is less deep than `nearest`
+    bool outside;     // whether no ray of the image hits the triangle
+    bool cut;         // whether a corner is less deep than `nearest`
     vec3 place_0;     // the corners seen from the eye: x / z and y / z lie in [-1, 1] in the image
     vec3 place_1;
     vec3 place_2;

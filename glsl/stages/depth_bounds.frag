@@ -3,7 +3,7 @@
 // we can use this bound to reduce the number of ray traversal steps"); the method is the project's own.
 // Triangles are drawn over a coarse image. MIN blending keeps three depths for each tile: the least depth
 // of any triangle, the greatest depth (negated), and the closing depth. No ray of the tile goes beyond the
-// closing depth, because a single triangle covers the whole tile before it.
+// closing depth, because a single triangle in front of this depth covers the whole tile.
 
 #include <streams>
 #include "stages/eye_triangle.glsl"
@@ -25,7 +25,7 @@ vec3 edge_heights(vec3 a, vec3 b, float sign, float size, vec3 d[4], float longe
                 MARGIN * size * length(edge) * longest);
 }
 
-// Whether all three corners lie outside the side of the tile's pyramid through the directions d and e.
+// Whether all three corners lie beyond the side, through the directions d and e, of the tile's pyramid.
 bool beyond(vec3 d, vec3 e, float size) {
     vec3 side = cross(d, e);
     vec3 inside = vec3(dot(side, corner_a), dot(side, corner_b), dot(side, corner_c));

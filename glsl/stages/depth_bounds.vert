@@ -1,7 +1,7 @@
 #version 330 core
-// Draws a rectangle over the tiles of an image through which a triangle may be seen. If a vertex lies
-// beside the eye or behind it, the rectangle covers the whole image. A triangle wholly behind the eye is
-// not drawn.
+// Draws a rectangle over the tiles of an image in which a triangle may be visible. If a vertex lies beside
+// the eye or behind it, the rectangle covers the whole image. A triangle wholly behind the eye is not
+// drawn.
 
 #include <table_width>
 #include "core/fetch.glsl"

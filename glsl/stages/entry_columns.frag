@@ -1,5 +1,5 @@
 #version 330 core
-// Copies entry lists from several targets, with four entries each, into one texture, because a fragment may
+// Copies entry lists from several render targets (four entries each) into one texture. A fragment can
 // choose among texels, but not among samplers.
 
 #include <streams>

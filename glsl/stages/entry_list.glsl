@@ -1,6 +1,6 @@
 // Reads the entry list of a tile (stages/entry_points.frag), for a ray of the tile or for a smaller tile in
-// it. An entry is the root of a subtree that rays of the tile have to search, in the order of the walk. A
-// texel holds four entries. The texels of a tile lie `entry_tiles_across` texels apart.
+// it. Entries are the roots of the subtrees that the tile's rays have to search, in the order of the walk.
+// A texel holds four entries. The texels of a tile lie `entry_tiles_across` texels apart.
 
 const int LIST_END = -1;
 const int WHOLE_TREE = -(1 << 24);

@@ -1,13 +1,12 @@
 #version 330 core
 // Entry points: Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005 (survey,
-// section 4.2). One fragment for each tile of rays sends the tile's beam, which bounds the rays, through
-// the tree, and writes the nodes at which the tile's rays begin their search. With UPPER the beam walks
-// through the subtrees in the list of the larger tile around its tile, else through the whole tree.
+// section 4.2). One fragment per tile walks the tree with a beam that bounds the tile's rays. The fragment
+// writes the nodes at which these rays begin their search. With UPPER, the beam walks through the subtrees
+// in the list of the larger tile around its tile, else through the whole tree.
 //
 // Departure: in the paper a tile's rays begin at one node, the deepest node that holds every leaf that the
 // beam meets. In a bounding volume hierarchy, and for tiles whose rays pass many subtrees, this node is
-// often the root. Here a tile has a list of nodes, the deepest to which the rays of the tile descend
-// together.
+// often the root. Here a tile has a list: the deepest nodes to which the rays of the tile descend together.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

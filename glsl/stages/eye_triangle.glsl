@@ -1,4 +1,4 @@
-// Conservative bounds of a triangle as an eye sees it: the tiles of an image through which rays may hit the
+// Computes conservative bounds of a visible triangle: the tiles of an image through which rays may hit the
 // triangle, and the depths of the hits. Depth is measured along `forward`. The ray through a pixel has the
 // direction D = forward + x right - y up, with x and y in [-1, 1]. A point at depth z on this ray is eye +
 // z D. Edges are tested as in Olano and Greer ("Triangle Scan Conversion using 2D Homogeneous Coordinates",

@@ -1,7 +1,7 @@
 #version 330 core
-// An eye ray tests a rival, a triangle that comes before the shown hit of a nearby pixel. If the rival also
-// comes before the ray's own hit, the ray is in doubt: the rasteriser shows a wrong hit, and the ray must
-// be traced.
+// Tests an eye ray against a rival: a triangle that comes before the shown hit of a nearby pixel. If the
+// rival also comes before the ray's own hit, the ray is in doubt: the rasteriser shows a wrong hit, and the
+// ray must be traced.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

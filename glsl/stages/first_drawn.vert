@@ -1,6 +1,6 @@
 #version 330 core
-// Projects a corner of a triangle into the image, for the candidates for the first hits of eye rays
-// (survey, section 5).
+// Projects a triangle's corner into the image, to find candidates for the first hits of eye rays (survey,
+// section 5).
 
 #include <constants>
 #include "core/fetch.glsl"

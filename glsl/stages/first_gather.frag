@@ -1,5 +1,5 @@
 #version 330 core
-// Gathers the eye rays for which the rasteriser's hit is in doubt. Texels past the last ray get an empty
+// Gathers the eye rays for which the rasteriser's hit is in doubt. Texels behind the last ray get an empty
 // ray.
 
 #include "core/precision.glsl"

@@ -3,7 +3,7 @@
 // the rasteriser shows at the ray's pixel. The nested loops, from the outermost to the innermost, visit:
 //   1. The squares of pixels that show a triangle other than T at a depth of at least d, where d is the
 //      least depth of T in the square.
-//   2. The rows of pixels in these squares that the edges of T enclose.
+//   2. In these squares, the rows of pixels that the edges of T enclose.
 //   3. The pixels of these rows that show a triangle other than T at a depth of at least d.
 //   4. The rays of these pixels, which are tested against T.
 
@@ -76,7 +76,7 @@ bool may_be(Edges edges, vec2 place, float around) {
                  + around * (abs(edges.x) + abs(edges.y))) >= 0.0;
 }
 
-// The first and the last x that the edges enclose in a row; the first is larger if they enclose nothing.
+// The first and the last x that the edges enclose in a row; the first is larger if there is none.
 vec2 enclosed(Edges edges, vec3 inverse_x, float y) {
     vec3 rest = edges.y * y + edges.constant;
     vec3 end = -rest * inverse_x;
@@ -112,7 +112,7 @@ void main() {
     int x = 0;                           // the current square: its first column, its next row, its last row
     int y = 0;
     int last_y = -1;
-    int next_four = 0;                   // the next pixels of the row to visit
+    int next_four = 0;                   // the next four pixels of the row
     float least_here = 0.0;
     ivec2 first = ivec2(0);              // first pixel of the current four pixels
     ivec4 asked = ivec4(0);              // flags of the pixels whose rays must be tested

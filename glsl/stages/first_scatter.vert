@@ -1,5 +1,5 @@
 #version 330 core
-// Sends the result of a traced eye ray to its place in the image, one point for each ray.
+// Sends the result of a traced eye ray to the ray's pixel, as one point for each ray.
 
 in int place;
 

@@ -1,8 +1,8 @@
 #version 330 core
-// Every eye ray tests its candidate, the triangle that the rasteriser shows at its pixel, with the same
-// test as all methods. Writes the hit's triangle, and a depth that is the hit's depth or slightly larger;
-// infinite without a hit. A ray that misses its candidate is in doubt, and a depth of -1 keeps other passes
-// from testing it.
+// Tests each eye ray against its candidate, the triangle that the rasteriser shows at its pixel, with the
+// test of all methods. Writes the hit's triangle, and a depth (infinite without a hit) that equals the
+// hit's or is slightly larger. A ray that misses its candidate is in doubt; a depth of -1 keeps other
+// passes from testing this ray.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Writes the ray origins as a stream, whose reduction by minimum gives the lower corner of their box. With
-// MINUS the origins are negated, for the upper corner. Empty rays do not change the box.
+// Writes the ray origins into a stream. The stream's minimum is the lower corner of the origins' box. With
+// MINUS, the origins are negated: the minimum is the negated upper corner. Empty rays do not count.
 
 #include "core/precision.glsl"
 #include <streams>

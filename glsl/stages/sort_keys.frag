@@ -1,14 +1,14 @@
 #version 330 core
 // Computes the sort key of a ray from the point where the ray begins and the point where it would leave the
-// scene's box. The survey proposes to sort rays (section 4.3) but does not name a key. Moon et al.,
-// "Cache-Oblivious Ray Reordering", TOG 2010, put both ends of a ray into the key, with an estimate of the
-// hit as second end.
+// scene's box. Hachisuka's survey proposes to sort rays (section 4.3) but names no key. Moon et al.,
+// "Cache-Oblivious Ray Reordering", TOG 2010, put both ends of a ray into the key; their second end is an
+// estimate of the hit.
 //
 // The two ends become cells of a lattice in a cube. The key interleaves the bits of the two cells, coarse
 // levels first. The first FREE_LEVELS levels of the key come from the origin alone. After these levels,
-// each level of the origin is followed by a level of the second end. The bits form a Gray code: consecutive
-// cells of this code differ in one bit, so a run of rays spans fewer cells than along the Morton curve. A
-// key is two numbers, each with half of the levels. Empty rays come last.
+// each level of the origin is followed by a level of the second end. The bits form a Gray code: cells with
+// consecutive keys differ in one bit, so consecutive rays span fewer cells than along the Morton curve. A
+// key consists of two numbers, each with half of the levels. Empty rays come last.
 
 #include "core/precision.glsl"
 #include <streams>
@@ -21,8 +21,8 @@ uniform vec3 scene_hi;
 const int EMPTY = 1 << 23;
 const float TINY = 1e-20;   // smaller components of a direction count as this value
 
-// The cell of a point, 0 to 2^LEVELS - 1 along each axis, in the cube at the lower corner of a box. The
-// cube has one cell if its extent is 0, or so small that the inverse overflows.
+// Returns the cell of a point, 0 to 2^LEVELS - 1 along each axis. The cells divide a cube with the box's
+// lower corner and largest extent. If this extent is 0 or its inverse overflows, there is a single cell.
 ivec3 cell_of(vec3 point, vec3 lo, vec3 hi) {
     vec3 extent = hi - lo;
     float per_unit = float(1 << LEVELS) / max(max(extent.x, extent.y), extent.z);
@@ -30,8 +30,7 @@ ivec3 cell_of(vec3 point, vec3 lo, vec3 hi) {
     return per_unit < 3e38 ? ivec3(clamp((point - lo) * per_unit, 0.0, last)) : ivec3(0);
 }
 
-// The point where a ray leaves the scene's box; some point on the ray if it begins outside and misses the
-// box.
+// Returns the point where a ray leaves the scene's box, or some point on the ray if the ray misses the box.
 vec3 end_of(Rays ray) {
     vec3 d = mix(ray.direction, vec3(TINY), lessThan(abs(ray.direction), vec3(TINY)));
     vec3 t = max((scene_lo - ray.origin) / d, (scene_hi - ray.origin) / d);

@@ -1,5 +1,5 @@
 #version 330 core
-// Sends the result of a sorted ray back to the ray's original place, one point for each ray.
+// Draws a point for each sorted ray, at the ray's original place in the unsorted textures.
 
 #include <sources>
 #include "core/fetch.glsl"

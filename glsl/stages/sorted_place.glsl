@@ -1,5 +1,5 @@
-// The places of a sorted list of rays in a texture. The rays follow a Morton curve through each square of
-// 2^SQUARE_LOG2 x 2^SQUARE_LOG2 texels, so that neighbours in the list are neighbours in both directions.
+// Maps places in the sorted list of rays to texels, and back. The rays follow a Morton curve through each
+// square of 2^SQUARE_LOG2 x 2^SQUARE_LOG2 texels, so neighbours in the list are close in x and y.
 
 const int SQUARE_LOG2 = 3;   // the same size as SQUARE in gpgpu_rt/rays/order.py
 

@@ -3,9 +3,9 @@
 // 2007). `signs` says which signs the directions have along each axis: bit a is set for a negative sign on
 // axis a, bit 3 + a for a positive sign.
 //
-// The test of a beam against a box needs no margin. Each operation is an operation of `box_interval`
-// (core/box.glsl) on an extreme value of the rays, and subtraction, product, minimum and maximum round
-// monotonically. So if the interval of a ray is not empty, neither is the interval of the beam, in any
+// The test of a beam against a box needs no margin. It applies the operations of `box_interval`
+// (core/box.glsl) to extreme values of the rays, and subtraction, product, minimum and maximum round
+// monotonically. So if the interval of a ray is not empty, the interval of the beam is not empty, in any
 // precision. If the directions have both signs along an axis, the axis does not bound the interval.
 
 const float BEAM_END = 3.0e38;
@@ -14,13 +14,13 @@ bool is_mixed(int signs) {
     return (signs & signs >> 3 & 7) != 0;
 }
 
-// The octant of the rays' directions, in which they must agree.
+// The octant of the directions. All directions must have this octant.
 int octant_of(int signs) {
     return signs & 7;
 }
 
-// The interval of a beam in a box. No ray is in the box at a t outside `outer`. If the rays agree in their
-// octant, every ray is in the box at every t within `core`. An interval is empty if x > y.
+// The intervals of t for a beam in a box. No ray is in the box at a t outside `outer`. If all rays have the
+// same octant, every ray is in the box at every t within `core`. An interval is empty if x > y.
 struct Beam_interval {
     vec2 outer;
     vec2 core;
@@ -57,7 +57,7 @@ bool is_met(Beam_interval interval) {
     return !(interval.outer.x > interval.outer.y);
 }
 
-// Whether at least about half of the beam's rays meet the box.
+// Whether about half of the beam's rays or more meet the box, by the mean of `outer` and `core`.
 bool by_most(Beam_interval interval) {
     return interval.core.x + interval.outer.x <= interval.core.y + interval.outer.y;
 }

@@ -1,5 +1,5 @@
-// The verdict on a triangle that may come before the triangle that the rasteriser shows.
+// The verdict on a triangle that may lie in front of the triangle shown by the rasteriser.
 
 const int BEHIND = 0;     // no ray hits the triangle before the shown triangle
 const int BEFORE = 1;     // a ray hits the triangle before the shown triangle
-const int MANY = 2;       // the triangle covers many pixels and must be searched in parts
+const int MANY = 2;       // undecided: the triangle's many pixels are searched in parts

@@ -1,11 +1,11 @@
 #version 330 core
-// Counts the rays of a square of TILE x TILE that wait for each kernel, and finds the largest number of
-// steps of any of these rays. WebGL 2 has no query that counts fragments, so the player (the JavaScript
-// program that runs the passes) reads these texels back.
+// Counts the waiting rays of a square of TILE x TILE rays by phase (the kernel for which a ray waits), and
+// finds the largest number of steps of a ray. WebGL 2 has no query that counts fragments, so the player
+// (the JavaScript program that runs the passes) reads these texels back.
 
 uniform sampler2D phases;
 uniform sampler2D counts;
-uniform ivec2 places;           // components of the phase and of the steps
+uniform ivec2 places;           // components that hold the phase and the steps
 
 layout(location = 0) out vec4 waiting;      // the rays in phase 1, 2, 3, and 4 or more
 layout(location = 1) out vec4 most;

@@ -1,15 +1,15 @@
 #version 330 core
-// Shows the hits of a browser's rays: the surfaces lit from the eye, or the steps of each ray. With
-// surfaces, a ray that still searches has the colour of the kernel for which it waits.
+// Shows the hits in the browser: the surfaces lit from the eye, or the steps of each ray. With surfaces, a
+// ray without a final hit has the colour of the kernel for which it waits; its phase names this kernel.
 
 uniform sampler2D hits;         // t, u, v, triangle
 uniform sampler2D surfaces;     // normal, and 8 bits each of red, green and blue as one number
 uniform sampler2D directions;
 uniform sampler2D phases;       // the texture that holds the phase of each state
 uniform sampler2D counts;       // the texture that holds the number of steps of each state
-uniform ivec2 places;           // components of the phase and of the steps
+uniform ivec2 places;           // components that hold the phase and the steps
 uniform float most;             // the number of steps that gets the brightest colour; 0: show surfaces
-uniform bool stepwise;          // whether there are states
+uniform bool stepwise;          // whether the rays have states
 uniform vec2 size;              // size of the shown picture, in pixels
 uniform vec3 kernel_colours[4]; // colours of rays in phase 1, 2, 3, and 4 or more, as the screen shows them
 uniform vec3 heat_colours[HEAT_COLOURS];    // from no step to `most` steps, as the screen shows them
@@ -49,7 +49,7 @@ void main() {
         shown = kernel_colours[min(phase, 4) - 1];
     }
     if (hit.w < 0.0) {
-        shown = vec3(0.7, 0.0, 0.63);   // no fragment wrote this ray
+        shown = vec3(0.7, 0.0, 0.63);   // no fragment wrote this hit
     }
     colour = vec4(shown, 1.0);
 }

@@ -1,1 +1,1 @@
-"""Accelerators: the parts that all builders share, in pure numpy and without OpenGL."""
+"""Accelerators: the parts that builders share, in pure numpy and without OpenGL."""

@@ -25,7 +25,7 @@ def as_triangles(triangles: np.ndarray) -> np.ndarray:
     ------
     SceneError
         the shape is not (n, 3, 3), or a coordinate is not finite; the message names the first
-        such triangle
+        triangle with such a coordinate
     """
     triangles = np.ascontiguousarray(triangles, dtype=np.float32)
     if triangles.size == 0:
@@ -40,7 +40,7 @@ def as_triangles(triangles: np.ndarray) -> np.ndarray:
 
 
 def shrink_flat(triangles: np.ndarray) -> np.ndarray:
-    """Return triangles (n, 3, 3) float32, each triangle without area shrunk to its first corner.
+    """Return (n, 3, 3) float32 triangles; a triangle without area is shrunk to its first corner.
 
     The watertight test shears the corners, and rounding may then move one of three collinear
     corners off the line. If all three corners are equal, the determinant in every triangle test is
@@ -77,8 +77,8 @@ def triangle_boxes(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def scene_box(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the lower and upper corner of the scene's box, (3,) float32 each.
 
-    The box is wider than the triangles by twice the padding, so the padded box of a triangle never
-    touches its border. Without triangles, it is the unit box.
+    The scene's box is wider than the triangles by twice the padding, so it contains the padded box
+    of each triangle. Without triangles, the scene's box is the unit box.
     """
     if len(triangles) == 0:
         return np.zeros(3, np.float32), np.ones(3, np.float32)

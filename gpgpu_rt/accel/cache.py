@@ -1,7 +1,7 @@
 """Cache: keeps built accelerators on disk, under a key made from the builder and its input.
 
 The folder is $GPGPU_RT_CACHE, or ~/.cache/gpgpu_rt by default. An empty $GPGPU_RT_CACHE turns the
-cache off. A file contains plain arrays and a checksum; from a damaged file nothing is read.
+cache off. A file contains plain arrays and a checksum; a damaged file is ignored.
 """
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
            **options: object) -> Structure:
     """Return `build(triangles, **options)`, read from disk if possible.
 
-    If the folder cannot be written, the result is not kept, with a warning (once per process) if
-    GPGPU_RT_CACHE names the folder.
+    If the folder cannot be written, the result is not kept. If GPGPU_RT_CACHE names this folder, a
+    warning says so, once per process.
 
     Parameters
     ----------
     build : a function that returns a dataclass of arrays and integers; its return annotation names
-        the dataclass. A change in the source text of the function's module or of a module
-        of gpgpu_rt/accel invalidates old files
+        the dataclass. Old files become invalid if the source text of the function's module or of
+        a module of gpgpu_rt/accel changes
     triangles : (n, 3, 3) float32
 
     Raises
@@ -71,7 +71,7 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
 
 @contextlib.contextmanager
 def uncached() -> Iterator[None]:
-    """Turn the cache off in this context, as for the many frames of an animation."""
+    """Turn the cache off in this context, for example for the many frames of an animation."""
     token = _keeping.set(False)
     try:
         yield
@@ -81,8 +81,8 @@ def uncached() -> Iterator[None]:
 
 @contextlib.contextmanager
 def cache_files() -> Iterator[list[Path]]:
-    """Yield a list of the paths of the cache files that are read or written in this context, for
-    example to copy these files to another machine."""
+    """Yield a list that receives the path of each cache file that is read or written in this
+    context, for example to copy these files to another machine."""
     token = _files.set(files := [])
     try:
         yield files
@@ -91,7 +91,7 @@ def cache_files() -> Iterator[list[Path]]:
 
 
 def give_cache(files: Mapping[str, bytes]) -> None:
-    """Add files of another machine's cache, given as name -> content, if they are missing here."""
+    """Add another machine's cache files, given as name -> content, that are missing here."""
     folder = cache_folder()
     for name, content in files.items():
         if folder is None:
@@ -114,7 +114,7 @@ def cache_folder() -> Path | None:
         return None
     try:
         fault = fault_of(folder, follow=True)
-    except (OSError, ValueError):   # the folder does not exist yet; writing makes it or fails
+    except (OSError, ValueError):   # the folder does not exist yet; a write makes it or fails
         return folder
     if fault:
         _tell(str(folder), f"it {fault}")
@@ -124,7 +124,7 @@ def cache_folder() -> Path | None:
 
 @contextlib.contextmanager
 def _tolerated(folder: Path) -> Iterator[None]:
-    """Tolerate errors of writing into the folder in this context."""
+    """Warn, instead of raising an error, if this context cannot write into the folder."""
     try:
         yield
     except OSError as failure:
@@ -197,8 +197,8 @@ def _scalar(value: np.ndarray) -> np.ndarray | int:
 
 
 def _store(path: Path, structure: Any) -> None:
-    """Write the file of a structure completely or not at all, also while other processes write
-    it."""
+    """Write the file of a structure completely or not at all, even if other processes write the
+    same file."""
     arrays = {field.name: np.asarray(getattr(structure, field.name))
               for field in fields(structure)}
     arrays["checksum"] = _checksum(arrays)

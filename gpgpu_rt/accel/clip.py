@@ -21,13 +21,13 @@ def clip_bounds(vertices: np.ndarray, index: np.ndarray, lo: np.ndarray,
     Parameters
     ----------
     vertices : (3, 3, n) float32, indexed by vertex, axis and triangle
-    index : (m,) int, triangles
-    lo, hi : (3, m) float32, boxes
+    index : (m,) int, indices of triangles
+    lo, hi : (3, m) float32, corners of the boxes
 
     Returns
     -------
     lo, hi : (3, m) float32; lo > hi where the triangle is outside the box. The errors of the
-        bounds are a few float32 spacings, less than the padding of callers
+        bounds are a few float32 spacings, less than the callers' padding
     """
     out_lo = np.empty_like(lo)
     out_hi = np.empty_like(hi)
@@ -47,7 +47,7 @@ def _clip(v: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, np
     out_hi = np.full_like(hi, -np.inf)
     for i in range(3):
         _add_edge(v[i], edges[i], lo, hi, out_lo, out_hi)
-    # Whether an edge of a box face pierces the triangle: (lower or upper face, axis, box).
+    # (lower or upper, axis, box): whether an edge of this box face pierces the triangle.
     touched = np.zeros((2, *lo.shape), bool)
     for axis in range(3):
         _add_box_edges(v, edges, axis, lo, hi, out_lo, out_hi, touched)

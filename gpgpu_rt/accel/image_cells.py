@@ -7,8 +7,8 @@ import numpy as np
 
 
 def cell_faces(shapes: Sequence[tuple[int, int]]) -> np.ndarray:
-    """Return (n, 3) int64, the texel of each corner of all triangles, for charts of these (rows,
-    columns)."""
+    """Return (n, 3) int64, the texels of each triangle's corners. ``shapes`` gives the (rows,
+    columns) of each chart."""
     faces, texel = [np.zeros((0, 3), np.int64)], 0
     for rows, columns in shapes:
         a = (texel + np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).reshape(-1)

@@ -1,5 +1,4 @@
-"""Morton codes: interleaved bits of two or three coordinates; their order keeps neighbours
-close."""
+"""Morton codes: interleave the bits of two or three coordinates, so neighbours stay close."""
 from __future__ import annotations
 
 import numpy as np
@@ -20,8 +19,8 @@ def morton_3d(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 
 def morton_order(points: np.ndarray) -> np.ndarray:
-    """Return (n,) int64, the order of points (n, 3) along a Morton curve through a cube around
-    them. Points with equal codes keep their order."""
+    """Return (n,) int64, the order of points (n, 3) along a Morton curve through their bounding
+    cube. Points with equal codes keep their order."""
     if not len(points):
         return np.zeros(0, np.int64)
     points = points.astype(np.float64)

@@ -9,8 +9,8 @@ from ..errors import OptionError, nearest_names
 
 
 def refuse_unknown(builder: Callable, unknown: Iterable[str]) -> None:
-    """Raise OptionError for the first of the ``unknown`` names, suggesting similar options of
-    `builder`."""
+    """Raise OptionError for the first of the ``unknown`` names. The message suggests similar
+    options of `builder`."""
     known = [name for name, parameter in inspect.signature(builder).parameters.items()
              if parameter.kind is parameter.KEYWORD_ONLY]
     for name in unknown:

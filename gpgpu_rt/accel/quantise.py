@@ -8,8 +8,8 @@ def quantise(lo: np.ndarray, hi: np.ndarray, base: np.ndarray, top: np.ndarray,
              bits: int) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
     """Quantise boxes to integers of ``bits`` bits; the decoded boxes contain the given boxes.
 
-    The kernels decode a bound as ``base + q * quantum`` and round both operations to float32. A q
-    whose decoded bound would lie inside the given box is moved outwards by 1.
+    The kernels decode a bound as ``base + q * quantum`` and round both operations to float32. If a
+    decoded bound would lie inside the given box, its q is moved outwards by 1.
 
     Parameters
     ----------

@@ -42,7 +42,7 @@ def of_like_length(counts: np.ndarray, lengths: Sequence[int],
                    above: int) -> list[tuple[np.ndarray, int]]:
     """Group runs of similar length: return pairs (run numbers, length limit of the group).
 
-    Runs of at most ``above`` items, and runs longer than the last of ``lengths``, are left out.
+    Runs of at most ``above`` items and runs longer than the last of ``lengths`` are in no group.
 
     Parameters
     ----------

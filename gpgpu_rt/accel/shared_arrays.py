@@ -15,7 +15,7 @@ ALIGNMENT = 64      # bytes; the size of a cache line
 
 @dataclass(frozen=True)
 class SharedArrays:
-    """A small handle to the arrays, which can be pickled and sent to another process.
+    """A small handle to shared arrays; it can be pickled and sent to another process.
 
     block : the name of the memory block
     places : dtype, shape and offset in bytes of each array, by name
@@ -40,8 +40,8 @@ class SharedArrays:
 
 @contextlib.contextmanager
 def shared_arrays(**arrays: np.ndarray) -> Iterator[SharedArrays]:
-    """Copy the arrays into shared memory, which is freed at the end of the context, and yield a
-    handle.
+    """Copy the arrays into shared memory and yield a handle. The end of the context frees the
+    memory.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """Sound: checks whether a builder could have made a structure that was read from a file.
 
 A checksum shows that a file is complete, but not who wrote it. With wrong indices, a shader could
-read outside a table or loop without end. Therefore types, lengths and ranges are checked, and each
-node except the root must have a single parent.
+read outside a table, or never end a loop. Therefore types, lengths and ranges are checked, and
+each node except the root must have a single parent.
 """
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ LEAF = 3     # this value as a node's axis marks a leaf, in trees that store sib
 
 
 def is_sound(structure: Any, triangles: int) -> bool:
-    """Return whether ``structure`` could have been built over ``triangles`` triangles, by its own
-    method ``is_sound``; without such a method, return true."""
+    """Return what the structure's own method ``is_sound`` says: whether a builder could have made
+    it from ``triangles`` triangles. Without such a method, return true."""
     check = getattr(structure, "is_sound", None)
     return check is None or check(triangles)
 
@@ -42,8 +42,8 @@ def within(values: np.ndarray, end: int, least: int = 0) -> bool:
 
 
 def are_runs(start: np.ndarray, entries: int, count: int) -> bool:
-    """Return whether ``start`` holds the starts of ``count`` runs with together ``entries``
-    entries, followed by the end of the last run."""
+    """Return whether ``start`` holds the starts of ``count`` runs, then the end of the last run.
+    The lengths of the runs must add up to ``entries``."""
     return (within(start, entries + 1) and len(start) == count + 1 and start[0] == 0
             and start[-1] == entries and bool((np.diff(start) >= 0).all()))
 

@@ -27,7 +27,7 @@ def pair_parents(left: np.ndarray, inner: np.ndarray) -> np.ndarray:
 
 
 def inner_levels(left: np.ndarray, right: np.ndarray) -> list[np.ndarray]:
-    """Return the inner nodes of each depth, from the root down to the last depth that has some."""
+    """Return the inner nodes of each depth, from the root to the deepest inner node."""
     return [nodes[left[nodes] >= 0] for nodes in levels(left, right)][:-1]
 
 
@@ -76,7 +76,7 @@ def depth_first_pairs(inner: list[np.ndarray], size: np.ndarray, left: np.ndarra
 
 def kept_nodes(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray, count: np.ndarray,
                most: int) -> np.ndarray:
-    """Return (n,) bool, which nodes to keep in a tree of at most ``most`` nodes; the subtrees with
+    """Return (n,) bool, the nodes to keep so that at most ``most`` nodes remain. The subtrees with
     the fewest entries become leaves.
 
     Parameters
@@ -100,7 +100,7 @@ def kept_nodes(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray, cou
 
 def cut(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray,
         kept: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the tree of the kept nodes, in the same order.
+    """Return the tree of the kept nodes, in their old order.
 
     Parameters
     ----------

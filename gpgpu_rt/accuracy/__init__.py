@@ -1,2 +1,2 @@
-"""Accuracy: measures errors against the float64 reference, and finds the fastest method with
-options that keeps given error bounds."""
+"""Accuracy: measures errors against the float64 reference, and finds the fastest method and
+options that keep given error bounds."""

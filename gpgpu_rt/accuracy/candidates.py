@@ -1,4 +1,4 @@
-"""Candidates of `tune`: a method with values for its knobs.
+"""Candidates of `tune`: a candidate is a method with values for its knobs.
 
 An option of a method or of the tracer is a knob if it has choices or is a switch, with a few
 exceptions (`_is_knob`). A new option with choices becomes a knob when it is declared.
@@ -11,7 +11,7 @@ from typing import Any
 from ..methods import find_method
 from ..options import TRACER_OPTIONS, Option
 
-# Knobs that change the hits, as do options with `relaxed` values, which may lose hits. All other
+# These knobs change the hits. Options with `relaxed` values, which may lose hits, do so too. Other
 # knobs change only time and memory: on the software renderer, the hits stay the same to the bit.
 _ACCURACY = ("precision", "storage", "rounding", "intersection", "interval")
 # `_is_knob` excludes these options. Statistics and the context do not change a trace. The knob
@@ -49,8 +49,8 @@ class Candidate:
         return tuple(pair for pair in self.options if _is_for_accuracy(table[pair[0]]))
 
     def full_options(self) -> dict[str, Any]:
-        """Return the candidate's options, completed by the defaults of all other knobs except
-        None, so that a saved candidate stays the same when a default changes.
+        """Return the candidate's options, and the defaults (except None) of all other knobs. So a
+        saved candidate stays the same when a default changes.
         """
         table, given = option_table(self.method), dict(self.options)
         knobs = {name: option.default for name, option in table.items()
@@ -84,8 +84,8 @@ def speed_knobs(method: str) -> list[list[dict[str, Any]]]:
 def accuracy_knobs(method: str) -> list[list[dict[str, Any]]]:
     """Return, for each knob that changes the hits, the changes to try.
 
-    Precision, storage and rounding are a single knob, because the rounding can be chosen only
-    together with a format below fp32. Lower arithmetic without smaller storage saves nothing.
+    Precision, storage and rounding are a single knob, because only a format below fp32 has a
+    choice of rounding. Arithmetic is no knob: without smaller storage it saves nothing.
     """
     table = option_table(method)
     ways: list[dict[str, Any]] = [{}]
@@ -128,8 +128,8 @@ def _is_for_accuracy(option: Option) -> bool:
 
 
 def _values(option: Option) -> list[Any]:
-    """Return the values of a knob, the default first; ``None`` is one if the option is
-    ``optional``."""
+    """Return the values of a knob, the default first. If the option is ``optional``, ``None`` is a
+    value."""
     values = list(option.choices) if option.choices is not None else [False, True]
     if option.optional and None not in values:
         values.append(None)

@@ -12,8 +12,8 @@ def lower_confidence(faults: int, rays: int, confidence: float = LEVEL) -> float
     """Return the lower confidence bound of the share of faults.
 
     If the true share equals this bound, the probability of ``faults`` or more faults in ``rays``
-    rays is exactly 1 - confidence. Without faults, the bound is
-    0. See also `judge.upper_confidence`.
+    rays is exactly 1 - confidence. Without faults, the bound is 0. `judge.upper_confidence` gives
+    the upper bound.
     """
     if faults < 1:
         return 0.0
@@ -32,6 +32,6 @@ def lower_confidence(faults: int, rays: int, confidence: float = LEVEL) -> float
 
 
 def rays_needed(share: float, confidence: float = LEVEL) -> int:
-    """Return how many rays prove that the share of faults is below ``share`` if none is at fault:
+    """Return how many rays without a fault prove that the share of faults is below ``share``:
     about 3 / share."""
     return math.ceil(math.log1p(-confidence) / math.log1p(-share))

@@ -21,14 +21,14 @@ OWN_KIND = {COHERENT: "eye", INCOHERENT: "random"}    # candidates are timed on 
 
 @dataclass(frozen=True)
 class Promise:
-    """The bounds that a tracer must keep, on rays that have equal shares of each of ``kinds``.
+    """The bounds that a tracer must keep, on rays of all ``kinds`` in equal shares.
 
     Attributes
     ----------
-    max_wrong : Bound on the share of rays with a wrong hit or miss, for the upper 95 % confidence
-        bound of the measured share.
-    max_t_error : Bound on the relative error of t. A share ``t_quantile`` of the right hits must
-        keep this bound, at the upper 95 % confidence bound of the quantile.
+    max_wrong : Limit for the share of rays with a wrong hit or miss. The upper 95 % confidence
+        bound of the measured share must keep this limit.
+    max_t_error : Limit for the ``t_quantile`` quantile of the relative error of t over the right
+        hits. The upper 95 % confidence bound of this quantile must keep the limit.
     max_bytes : Bound on texture bytes with 2^18 rays in flight, as in a 512 x 512 picture; None
         for no bound.
     """
@@ -64,14 +64,14 @@ class Promise:
         return max(rays_needed(self.max_wrong), math.ceil(for_t))
 
     def split(self) -> dict[str, tuple[Promise, str | None]]:
-        """Return for each search of `tune` its bounds, and the kind of rays on which it times
-        candidates.
+        """Return the searches of `tune`: name -> (bounds, kind of rays for timing; None for all
+        kinds).
 
         If ``kinds`` contains eye rays and random rays, the result has an entry for ``COHERENT``
         rays, timed on eye rays, and an entry for ``INCOHERENT`` rays, timed on random rays. Both
         include rays aimed at vertices and edges. Otherwise the result has a single entry ``ALL``,
-        timed on all kinds, as it has with a bound on bytes, because two methods would hold two
-        structures in memory.
+        timed on all kinds. A bound on bytes also gives the single entry, because two methods would
+        hold two structures in memory.
         """
         if self.max_bytes is not None or not set(OWN_KIND.values()) <= set(self.kinds):
             return {ALL: (self, None)}
@@ -110,7 +110,7 @@ class Finding:
     def misses(self, promise: Promise, texture_bytes: int) -> dict[str, float]:
         """Return, for each bound that is not kept, the value divided by the bound."""
         # With too few rays, the upper confidence bound of the error is infinite. Report the lower
-        # bound if it also misses the promise.
+        # confidence bound if it exceeds the promised bound, too.
         t_error = self.t_error
         if math.isinf(t_error) and self.t_lower > promise.max_t_error:
             t_error = self.t_lower
@@ -121,8 +121,8 @@ class Finding:
         return {name: ratio for name, ratio in ratios.items() if ratio > 1}
 
     def is_hopeless(self, promise: Promise) -> bool:
-        """Return whether the errors already disprove the bounds, which needs fewer rays than a
-        proof."""
+        """Return whether the errors already disprove the bounds. A disproof needs fewer rays than
+        a proof."""
         return (lower_confidence(self.score.wrong, self.score.rays) > promise.max_wrong
                 or self.t_lower > promise.max_t_error)
 

@@ -1,11 +1,11 @@
 """The judge: decides which answers of a trace are right, and what is wrong with each wrong answer.
 
 An answer is right if the watertight test could have given it, within the bounds of its rounding
-errors (`error_bounds`). A hit is right under three conditions: the ray possibly hits the answer's
-triangle, the error of t is within its bound, and no other triangle is certainly hit at a nearer t.
-"Nearer" means that the intervals of the two t with their errors are disjoint. A miss is right if
-no triangle is certainly hit. A ray through an edge or a vertex may therefore miss; `leaks` decides
-whether such a ray escaped from a closed mesh.
+errors (`error_bounds`). A hit is right if the ray possibly hits the answer's triangle, the error
+of t is within its bound, and no other triangle is certainly hit at a nearer t. "Nearer" means that
+the intervals of the two t with their errors are disjoint. A miss is right if no triangle is
+certainly hit. At an edge or a vertex no triangle is certainly hit, so a ray through it may miss;
+`leaks` finds such a ray that escaped from a closed mesh.
 """
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def leaks(reference_hits: Hits, hits: Hits) -> np.ndarray:
     """Return whether a ray misses where the reference hits, (n,) bool.
 
     None of the triangles at an edge or a vertex is certainly hit, so `judge` accepts a miss of a
-    ray aimed there. But not even this ray must escape from the inside of a closed mesh.
+    ray aimed there. But even such a ray must not escape from the inside of a closed mesh.
     """
     return reference_hits.hit & ~hits.hit
 
@@ -159,7 +159,7 @@ def upper_confidence(wrong: int, rays: int, confidence: float = 0.95) -> float:
 
 
 class _PairTests:
-    """Triangles and rays in float64, and the tests on pairs of them."""
+    """Triangles and rays in float64, and the tests of (ray, triangle) pairs."""
 
     def __init__(self, vertices: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                  t_min: np.ndarray, t_max: np.ndarray) -> None:
@@ -207,8 +207,8 @@ class _PairTests:
         category[hit & ~t_right & ~reference.hit] = FALSE_HIT
         category[broken] = FALSE_HIT
         # The remaining answers are right where the reference has the same triangle. Otherwise, a
-        # hit is wrong if a triangle is certainly hit before it, and a miss if a triangle is
-        # certainly hit at all.
+        # hit is wrong if a triangle is certainly hit before it, and a miss is wrong if a triangle
+        # is certainly hit at all.
         other = (category == RIGHT) & (hits.triangle != reference.triangle) & reference.hit & valid
         with np.errstate(invalid="ignore"):
             last = np.where(hits.hit, np.fmin(t_exact - t_bound, self.t_max), self.t_max)
@@ -236,7 +236,7 @@ class _PairTests:
                 & (pair.t + pair.t_bound < last) & (pair.t + pair.t_bound <= self.t_max[rays]))
 
     def _certain_before(self, rays: np.ndarray, last: np.ndarray, reference: Hits) -> np.ndarray:
-        """Return whether any triangle is certainly hit before ``last``, (k,) bool.
+        """Return whether each ray certainly hits a triangle before ``last``, (k,) bool.
 
         Test the reference's triangle first. If a ray does not certainly hit it, test all triangles
         that the exact ray meets before ``last``; these include every certain hit.

@@ -27,8 +27,8 @@ FLIGHT = 1 << 18          # largest number of rays per call, as in a 512 x 512 p
 UNIT_ROUNDOFF = 2.0 ** -24
 # The numbers of rays in a ring that `KnownRays._through_the_surface` traces around a ray that may
 # have leaked. A small ring may overlook a gap of the surface between two of its rays, and then
-# reports a false leak. So larger rings test the suspected rays again, if there are at most FEW.
-# Among more suspected rays, a few false leaks do not matter.
+# reports a false leak. So larger rings test the suspected rays again, if at most FEW rays are
+# suspected. Among more suspected rays, a few false leaks do not matter.
 RINGS = (8, 32, 256)
 FEW = 200
 
@@ -39,8 +39,8 @@ class Score:
 
     Attributes
     ----------
-    rays, hits : Number of judged rays, and of hits with a right triangle, which have a comparable
-        t.
+    rays, hits : Number of judged rays, and number of hits with a right triangle, whose t can be
+        compared.
     wrong : Number of rays with a wrong hit or miss.
     wrong_share, upper_95 : The share of wrong rays, and its upper 95 % confidence bound.
     counts : Number of rays by category. In the category "wrong distance", which does not count as
@@ -68,7 +68,7 @@ class Score:
 
 @dataclass
 class Answers:
-    """Judged hits, an entry per ray.
+    """Judged answers, an entry per ray.
 
     Attributes
     ----------
@@ -87,8 +87,8 @@ class Answers:
         return np.logical_or.reduce([self.categories[name] for name in WRONG])
 
     def over(self, bound: float) -> tuple[int, int]:
-        """Return how many rays have a relative error of t above ``bound``, and how many are
-        compared."""
+        """Return how many rays have a relative error of t above ``bound``, and for how many rays t
+        is compared."""
         compared = ~np.isnan(self.t_error)
         return int((self.t_error[compared] > bound).sum()), int(compared.sum())
 
@@ -168,9 +168,9 @@ class KnownRays:
         truth = self.truth
         verdict = judge(self.scene, self.origins, self.directions, hits, reference=truth)
         category, excused = verdict.category.copy(), verdict.within_bound.copy()
-        # Judge an answer with a wrong distance and a triangle other than the truth's again, with
-        # the exact distance of its triangle, so that the new category depends only on the
-        # triangle.
+        # Some answers have a wrong distance and a triangle other than the truth's. Judge these
+        # answers again with the exact distance of their triangles: the new category then depends
+        # only on the triangle.
         other = np.flatnonzero((category == WRONG_DISTANCE) & (hits.triangle != truth.triangle))
         category[other] = self._choice(hits, other)
         excused[other] = category[other] == RIGHT
@@ -197,24 +197,24 @@ class KnownRays:
             self.scene.triangles[triangles], self.origins[rays], self.directions[rays])))
 
     def _choice(self, hits: Hits, rays: np.ndarray) -> np.ndarray:
-        """Return the categories, (k,), of the answers of ``rays``, with the t of each answer
-        replaced by the exact distance of its triangle."""
+        """Return the categories, (k,), that the answers of ``rays`` would have with the exact t of
+        their triangles."""
         corrected = _part(hits, rays)
         corrected.t = self._pairs(rays, corrected.triangle).t
         return judge(self.scene, self.origins[rays], self.directions[rays], corrected,
                      reference=_part(self.truth, rays)).category
 
     def _through_the_surface(self, hits: Hits, excused: np.ndarray) -> np.ndarray:
-        """Return which answers passed through an edge of a closed surface, (n,) bool.
+        """Return which rays passed through an edge of a closed surface, (n,) bool.
 
-        If a ray is aimed at an edge, rounding decides whether it hits or misses each of the edge's
-        two triangles. But a ray that misses both is a leak, unless the edge is a silhouette edge.
+        If a ray is aimed at an edge, rounding decides which of the edge's two triangles the ray
+        hits. But a ray that misses both triangles is a leak, unless the edge is a silhouette edge.
         To decide, trace a ring of rays around the ray: the answer is a leak if all rays of the
-        ring hit nearer.
+        ring hit nearer than the answer.
 
-        The ring must be wider than the rounding errors of float32. A coordinate of a vertex that
-        the watertight test has sheared is the difference of two terms. Each term is at most M, the
-        largest |vertex - origin|, because slopes are at most 1, and has at most 5 roundings. The
+        The ring must be wider than the rounding errors of float32. The watertight test shears the
+        vertices; a sheared coordinate is the difference of two terms. Slopes are at most 1, so
+        each term is at most M, the largest |vertex - origin|. A term has at most 5 roundings. The
         edge functions add 3 roundings. Across the ray, the error is below 16 u M, where u is the
         unit roundoff. The radius of the ring is twice this bound.
         """
@@ -225,7 +225,7 @@ class KnownRays:
         origins, directions = (a.astype(np.float64) for a in (self.origins, self.directions))
         reach = np.abs(corners - origins[left, None]).max(axis=(1, 2))
         length = np.linalg.norm(directions[left], axis=1)
-        # Rounding can also make the answer's t too large.
+        # Rounding can make the answer's t too large.
         nearest = hits.t[left] - 64 * UNIT_ROUNDOFF * reach / length
         with np.errstate(divide="ignore"):
             width = 32 * UNIT_ROUNDOFF * reach / (self.truth.t[left] * length)
@@ -265,7 +265,7 @@ def check_kinds(kinds: Sequence[str]) -> None:
 
 
 def bytes_in_flight(tracer: Tracer, rays: int = FLIGHT) -> int:
-    """Return the texture bytes with ``rays`` rays in flight, from the tracer's last call."""
+    """Estimate the texture bytes with ``rays`` rays in flight from the tracer's last call."""
     tables = sum(tracer.statistics.table_bytes.values())
     texels = max(1, tracer.statistics.rays)
     return tables + round((tracer.statistics.texture_bytes - tables) * rays / texels)

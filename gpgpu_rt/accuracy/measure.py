@@ -24,8 +24,8 @@ FLIP_MISSING = f"FLIP needs the package flip-evaluator; {how_to_install('figures
 
 
 class Yardstick:
-    """A scene's rays with their hits as the float64 reference finds them, and a reference picture,
-    for all measurements of the scene.
+    """The reference for all measurements of a scene: rays with the hits of the float64 reference,
+    and a picture.
 
     Parameters
     ----------
@@ -64,15 +64,15 @@ class Yardstick:
 
         Parameters
         ----------
-        timing : returns a context manager, in which the timed traces run, after an untimed
-            trace of each kind of rays
+        timing : returns a context manager, in which each kind of rays is traced once untimed and
+            then ``runs`` times timed
 
         Returns
         -------
         dict
             ``method``, ``precision`` and ``options`` name the candidate, and ``rays`` is the
             number of rays of each kind. ``kinds`` has an entry for each kind of rays: the score
-            (`known_rays.Score`), ``seconds`` (median time of only the passes), ``rays_per_second``
+            (`known_rays.Score`), ``seconds`` (median time of the passes), ``rays_per_second``
             and ``passes``. ``all`` is such an entry for all kinds together. ``texture_bytes`` is
             the size of all textures. ``image`` compares a picture with the reference picture:
             ``rmse``, ``differing`` (share of pixels that differ by more than 1/255), and ``flip``
@@ -99,9 +99,9 @@ class Yardstick:
         return row
 
     def _capped(self, method: str, options: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the options, with a step cap added if they lower the accuracy, because low
-        precision can send a ray around an endless loop. The cap is STEP_ROOM times the largest
-        number of steps of a ray at full accuracy.
+        """Return the options. If they lower the accuracy, add a step cap, because low precision
+        can send a ray around an endless loop. The cap is STEP_ROOM times the largest number of
+        steps of a ray at full accuracy.
         """
         table = option_table(method)
         relaxed = [name for name, value in options.items() if value in table[name].relaxed or (

@@ -4,8 +4,8 @@ A candidate is a method with values for its knobs, the options that the search m
 search has four stages:
 
 1. Time every method with its default options on a few rays. Far slower methods are tried last.
-2. Try the speed knobs, which do not change the hits, one after another on each method that is not
-   far slower, and keep the best few candidates (beam search).
+2. On each method that is not far slower, try the speed knobs one after another and keep the best
+   few candidates (beam search). Speed knobs do not change the hits.
 3. Combine the best candidates with the options that change the accuracy. Drop a combination if its
    errors on some thousand rays already exceed the bounds. Time the faster half of the remaining
    candidates on more and more rays (successive halving).
@@ -14,10 +14,10 @@ search has four stages:
 
 By default the search runs twice: for coherent rays, timed on eye rays, and for incoherent rays,
 timed on random rays. A tracer picks one of the two results according to its rays. With a bound on
-bytes, or without eye or random rays, the search runs once (`Promise.split`). Two assumptions let
-the search skip most combinations. A candidate that is slower at default accuracy is slower at any
-accuracy. If a value of an option exceeds the error bounds with all other accuracy options at their
-defaults, it exceeds them in every combination.
+bytes, without eye rays or without random rays, the search runs once (`Promise.split`). Two
+assumptions let the search skip most combinations. A candidate that is slower at default accuracy
+is slower at any accuracy. If a value of an option exceeds the error bounds while all other
+accuracy options have their defaults, every combination with this value exceeds the bounds.
 """
 from __future__ import annotations
 
@@ -117,8 +117,8 @@ class _Searcher:
         self.rays = self._enough(rays)
 
     def _enough(self, rays: int | None) -> int:
-        """Return ``rays``, or the number of rays that the proof needs if this number is larger.
-        The factor 0.9 allows for wrong hits, whose t is not compared.
+        """Return the larger of ``rays`` and the number of rays that the proof needs. The factor
+        0.9 allows for wrong hits, whose t is not compared.
         """
         hit_share = float(self._rays(SCREEN).truth.hit.mean())
         needed = self.promise.rays_needed(0.9 * hit_share)
@@ -162,7 +162,7 @@ class _Searcher:
         best: list[Trial] = []
         for trial in near:
             best += self._beam(trial.candidate)
-        # Time the best again in alternation: other processes may have slowed some of them.
+        # Time the best again in alternation: other processes may have slowed some trials.
         fit = [t for t in self._timed([t.candidate for t in best], SCREEN, RUNS) if not t.misses]
         close = [t for t in fit if BEHIND * t.rays_per_second >= fit[0].rays_per_second]
         for part in (close, [t for t in fit if t not in close], far):
@@ -184,8 +184,8 @@ class _Searcher:
         return beam
 
     def _settle(self, wave: list[Trial]) -> Trial | None:
-        """Return the fastest trial that keeps the bounds, or None, among combinations of the
-        candidates of a wave with accuracy options.
+        """Combine the candidates of a wave with accuracy options. Return the fastest trial that
+        keeps the bounds, or None.
         """
         alive: list[Candidate] = []
         for method in dict.fromkeys(t.candidate.method for t in wave):
@@ -204,7 +204,7 @@ class _Searcher:
         """Return the combinations of accuracy options that may keep the bounds.
 
         A combination is dropped if its errors on some thousand rays already exceed the bounds, or
-        if a value fails by itself.
+        if one of its values alone exceeds them.
         """
         combinations: list[dict[str, Any]] = [{}] if self._screen(config) else []
         survivors = []
@@ -222,7 +222,7 @@ class _Searcher:
     def _relaxed(self, config: Candidate, change: dict[str, Any]) -> Candidate:
         """Return the candidate with changed accuracy options, and with a step cap unless only the
         intersection test changes. Low precision can send a ray around an endless loop. The default
-        cap, as large as the structure, would end it late.
+        cap, as large as the structure, would end this loop late.
         """
         if set(change) <= {"intersection"}:
             return config.changed(**change)
@@ -247,7 +247,7 @@ class _Searcher:
 
     def _screen(self, candidate: Candidate) -> bool:
         """Return whether a candidate may keep the bounds: its errors on some thousand rays do not
-        rule it out. Most bad candidates fail on the fewer rays that come first.
+        rule it out. Most bad candidates already fail on PROBE rays.
         """
         trial = self._trial(candidate)
         self.report(f"{candidate}: screening")

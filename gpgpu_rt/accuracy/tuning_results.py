@@ -46,8 +46,8 @@ class Trial:
         return other.rates[max(common)] / self.rates[max(common)] if common else None
 
     def compare(self, chosen: Trial) -> None:
-        """Set the outcome of a trial without proof to "slower", unless its times are faster than
-        the chosen trial's."""
+        """Set the outcome of this trial, which has no proof, to "slower", unless it was faster
+        than the chosen trial."""
         slower = self.times_slower(chosen)
         if slower is not None and slower < 1:
             self.note = self.note or f"{1 / slower:.2f} times faster where both were timed"
@@ -79,7 +79,7 @@ class Search:
     notes : remarks on the search
     trials : all trials, the fastest on ``SCREEN`` rays first
     chosen : the chosen trial; None if no candidate keeps the bounds
-    choice : the chosen trial in the form that settings hold
+    choice : the chosen trial, in the form in which it is saved
     """
 
     rays_of: str
@@ -110,7 +110,7 @@ class Search:
 class Tuning:
     """The result of `tune`: its searches, coherent rays first, and the settings.
 
-    The settings are None if a search chose no candidate; that search is then the last.
+    If a search chooses no candidate, `tune` ends with this search, and the settings are None.
     """
 
     searches: list[Search]

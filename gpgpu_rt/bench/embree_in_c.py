@@ -137,6 +137,6 @@ def laid_out(rays: Workload, width: int) -> np.ndarray:
     blocks = -(-n // width)
     fields = np.zeros((blocks * width, FIELDS), np.float32)
     fields[:n, 0:3], fields[:n, 4:7], fields[:n, 8] = rays.origins, rays.directions, rays.ends
-    fields[n:, 4], fields[n:, 8] = 1, -1    # they end before they start
+    fields[n:, 4], fields[n:, 8] = 1, -1    # fillers end before they start
     fields[:, 9] = np.full(1, 0xFFFFFFFF, np.uint32).view(np.float32)   # mask: all bits
     return np.ascontiguousarray(fields.reshape(blocks, width, FIELDS).transpose(0, 2, 1))

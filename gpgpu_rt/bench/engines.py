@@ -21,11 +21,11 @@ from ..threads import cores
 from . import embree_in_c
 from .workloads import Workload
 
-# Traces all rays. Returns each ray's triangle or -1, (n,) int; or whether it hits any, (n,) bool.
+# Traces all rays. Returns (n,) int, each ray's triangle or -1. With `any_hit`, returns (n,) bool.
 Run = Callable[[], np.ndarray]
 CORES = cores()
 # trimesh's own engine gets blocks of this many rays. It tests all triangles near a ray's line,
-# tens of thousands in a room, and holds the tests of all its rays in memory at once.
+# tens of thousands in a room, and holds the tests of a whole block in memory at once.
 BLOCK = 32
 
 

@@ -1,7 +1,7 @@
 """The race: methods and engines trace the same rays, one after another, in several rounds.
 
-A round gives for each entry, a method or engine, the ratio of its rate to embreex's rate in this
-round. A busy machine slows all entries of a round, so these ratios vary less than the rates.
+An entry is a method or an engine. Each round gives the ratio of every entry's rate to embreex's
+rate. A busy machine slows all entries of a round, so these ratios vary less than the rates.
 """
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ class Entry:
     ----------
     name, options : The method and its options; an engine has no options.
     rays : Number of rays that the entry traces in a round.
-    seconds : Time in each round: of a method's passes and of sorting rays on the host, or of an
-        engine's call.
+    seconds : Time in each round. For a method, the time of its passes and of sorting rays on the
+        host; for an engine, the time of its call.
     wall_seconds : Time in each round, from rays in numpy arrays to hits in numpy arrays.
     over : For each round, the entry's rate, computed from ``seconds``, divided by the rate of the
         baseline, embreex on one thread.
     over_wall : As ``over``, but with the entry's rate computed from ``wall_seconds``.
     bytes_a_triangle : Size of a method's tables, divided by the number of triangles.
-    work : Name of a counter -> its number per ray; empty if the race counts no work. The number of
-        a packet is divided by the number of its rays.
+    work : Name of a counter -> its value per ray; empty if the race counts no work. The value of a
+        packet is divided by the number of its rays.
     out_of : Number of all rays, if the entry traced only a part of them; else None.
     """
 
@@ -104,8 +104,8 @@ class Entry:
 def ranked(entries: Sequence[Entry]) -> list[Entry]:
     """Return the entries in order of speed, the fastest first.
 
-    The order follows the median ratio to embreex's rate, as does the verdict; without embreex it
-    follows the rate.
+    The order follows the median ratio to embreex's rate; without embreex, the order follows the
+    rate.
     """
     return sorted(entries, key=lambda entry: -(
         statistics.median(entry.over) if entry.over else entry.rays_per_second))
@@ -183,8 +183,8 @@ def _work(tracer: Tracer, rays: Workload, options: dict[str, Any]) -> dict[str, 
     with tracer.counting():
         rays.trace(tracer)
         means = tracer.statistics.counters
-    # The means are over all pixels, also without a ray. Each ray of a packet has the counts of the
-    # whole packet (drivers/packet_hits.frag).
+    # The means include pixels without a ray. Each ray of a packet has the counts of the whole
+    # packet (drivers/packet_hits.frag).
     shared = math.prod(tracer.method.resolved(options)["packet"]) if tracer.method.packet else 1
     return {name: means[name] * len(rays.origins) / (rays.live * shared) for name in WORK}
 

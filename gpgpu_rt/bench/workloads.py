@@ -1,4 +1,4 @@
-"""Workloads: the rays that measurements trace, each made once for all measurements.
+"""Workloads: makes the rays that measurements trace, once for all measurements.
 
 Bounced rays are made from the hits of the rays before the bounce.
 """
@@ -143,7 +143,7 @@ def workload(scene: str, name: str, size: int) -> Workload:
 
 
 def _shadows(scene: Scene, seen: Workload, hits: Hits) -> Workload:
-    """Return a ray to the light from each hit whose surface faces the light; other hits are dark.
+    """Return a ray to the light from each hit whose surface faces the light; NaN for other hits.
     """
     light = np.asarray(scene.light.position, np.float32)
     points, normals = _surfaces(scene, seen, hits)
@@ -188,8 +188,8 @@ def _surfaces(scene: Scene, seen: Workload, hits: Hits) -> tuple[np.ndarray, np.
 
 @functools.lru_cache(maxsize=8)
 def _hits(scene: str, name: str, size: int) -> Hits:
-    """Return the hits of a workload, by kd-short-stack, whose cached tree the other measured
-    kd-tree methods use.
+    """Trace a workload with kd-short-stack. The other measured kd-tree methods use the same cached
+    tree.
     """
     with Tracer(load(scene), "kd-short-stack") as tracer:
         found = workload(scene, name, size).trace(tracer)
@@ -199,5 +199,5 @@ def _hits(scene: str, name: str, size: int) -> Hits:
 
 @functools.lru_cache(maxsize=2)
 def load(name: str) -> Scene:
-    """Return a scene by name; the last scenes stay in memory."""
+    """Return a scene by name; the last two scenes stay in memory."""
     return load_scene(name)

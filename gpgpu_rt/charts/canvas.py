@@ -1,4 +1,4 @@
-"""Canvas: matplotlib without a display, and saving of charts."""
+"""Canvas: sets up matplotlib without a display, and saves charts."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -35,7 +35,7 @@ def save(figure: Any, path: str | Path, shows: str) -> None:
 
 
 def described(figure: Any, shows: str) -> str:
-    """Return a sentence, then the names of the chart's panels, axes and series."""
+    """Return ``shows``, then the names of the chart's panels, axes and series."""
     axes = [axis for axis in figure.axes if axis.get_visible()]
     legends = [*figure.legends, *(axis.get_legend() for axis in axes)]
     found = {

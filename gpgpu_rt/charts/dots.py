@@ -1,4 +1,4 @@
-"""Dots: rows of numbers as dots on a logarithmic axis, each with its number beside it."""
+"""Dots: draws rows of numbers as dots on a logarithmic axis, each number beside its dot."""
 from __future__ import annotations
 
 from collections.abc import Sequence

@@ -1,6 +1,6 @@
 """Palette: colours and markers of series.
 
-Readers with the common kinds of colour blindness can tell the colours, by Okabe and Ito, apart.
+The colours, by Okabe and Ito, can be distinguished with the common kinds of colour blindness.
 Each colour has its own marker, for prints in grey.
 """
 from __future__ import annotations

@@ -32,8 +32,8 @@ class Race(NamedTuple):
 Races = list[Race]
 
 SIZE = 1024
-# The fastest candidates in measurements. The second is the first with shared subtrees, which
-# halve the memory.
+# The fastest candidates in measurements. The second candidate is the first candidate with shared
+# subtrees, which halve the memory.
 _TREE = {"octants": True, "quantise_nodes": 16}
 _EYE = {"packet": (4, 2), "interval_test": True, "entry_points": 32, **_TREE, "reinsertion": 3}
 BEST = (("bvh-packet", _EYE),
@@ -85,7 +85,7 @@ def _bench(chosen: argparse.Namespace) -> None:
                 found.append(Race(load(scene).facts(), load(scene).title, kind, entries))
                 if not chosen.json:
                     _print(scene, kind, entries, chosen.size)
-    finally:    # print finished races also after an error
+    finally:    # print finished races even after an error
         if found:
             _end(chosen, gpu, found, engines)
 

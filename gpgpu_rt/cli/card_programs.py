@@ -1,4 +1,4 @@
-"""``gpgpu-rt program METHOD --card CARD``: the kernels as a card's compiler translated them."""
+"""``gpgpu-rt program METHOD --card CARD``: print the kernels as a card's compiler made them."""
 from __future__ import annotations
 
 from typing import Any

@@ -1,4 +1,4 @@
-"""``gpgpu-rt render --era``: the time that a card of 2002-2006 would have taken."""
+"""``gpgpu-rt render --era``: predict the time that a card of 2002-2006 would have taken."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
@@ -14,8 +14,8 @@ CardTime = tuple[dict[str, Any], list[str]]
 
 @contextmanager
 def watched_for_card(tracer: Tracer) -> Iterator[Callable[[], CardTime]]:
-    """Yield a function to call after the block. It returns the time that the card of the option
-    ``era`` would have taken for the block's traversal, for JSON and as lines.
+    """Yield a function to call after the block. It predicts the time of the block's traversal on
+    the card of the option ``era``, as a dict for JSON and as lines.
 
     The dict for JSON has ``card``, ``seconds`` and ``parts`` (seconds by name), or the reason
     ``no_prediction``.

@@ -1,7 +1,7 @@
 """``gpgpu-rt render --floor``: put a floor below the scene, on which the scene's shadow falls.
 
-There is no floor by default, so that the printed counts and times describe the given scene, the
-scene's saved settings and cached trees can be used, and the picture is that of ``Tracer.render``.
+There is no floor by default. So the printed counts and times describe the given scene, its saved
+settings and cached trees can be used, and the picture equals that of ``Tracer.render``.
 """
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def add_floor(sub: argparse.ArgumentParser) -> None:
 
 
 def scene_of(chosen: argparse.Namespace) -> Scene:
-    """Return the scene that the command names, with a floor after ``--floor``."""
+    """Return the scene that the command names, with a floor if ``--floor`` is given."""
     scene = load_scene(chosen.scene)
     if not chosen.floor:
         return scene
@@ -44,7 +44,7 @@ def scene_of(chosen: argparse.Namespace) -> Scene:
 
 
 def on_floor(scene: Scene) -> Scene:
-    """Return the scene with a floor of two grey triangles, the last of the scene.
+    """Return the scene with a floor: two grey triangles, which come last.
 
     The floor is a square below the bounding box (y is up). Two of its edges are parallel to the
     camera's right axis, projected onto the floor.

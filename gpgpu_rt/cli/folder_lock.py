@@ -13,7 +13,7 @@ LOCK = "lock"     # the file to lock in the folder
 
 
 class FolderLock:
-    """Creates and locks a folder, until ``release`` or the end of the process.
+    """Locks a folder until ``release`` or the end of the process.
 
     Parameters
     ----------

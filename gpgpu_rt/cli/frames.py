@@ -45,8 +45,8 @@ def add_frames(sub: Parser) -> None:
 
 
 def check_frames(chosen: argparse.Namespace) -> None:
-    """Raise OptionError for ``--floor`` or ``--build-ahead`` beside options that exclude it, and
-    for ``--build-ahead`` without ``--frames``."""
+    """Raise OptionError for ``--floor`` with ``--frames``, and for ``--build-ahead`` without
+    ``--frames`` or with ``--scheduler``."""
     if chosen.floor and chosen.frames is not None:
         raise OptionError("--floor cannot follow a moving scene; leave --frames or --floor out")
     if chosen.build_ahead and (chosen.frames is None or chosen.scheduler is not None):
@@ -99,7 +99,7 @@ def _moved(tracer: Tracer, animation: Animation, frames: Sequence[int],
 
 
 def opened(chosen: argparse.Namespace) -> Animation:
-    """Return the animation that the command names, if its frames can be written."""
+    """Check that frames can be written; return the animation that the command names."""
     _check(chosen.output)
     animation = load_animation(chosen.scene)
     if animation.frames is not None and chosen.frames > animation.frames:
@@ -136,7 +136,7 @@ def kept_frames(chosen: argparse.Namespace, animation: Animation,
 def _summary(spent: list[dict[str, Any]], ahead: bool) -> str:
     """Return a line with the median times of the frames after the first.
 
-    With ``ahead``, a build's time is how long its frame waited, plus the writing of the tables.
+    With ``ahead``, a build's time is its frame's waiting time plus the time to write the tables.
     """
     if not spent:
         return "no times: no frame after the first was rendered"

@@ -1,4 +1,4 @@
-"""``gpgpu-rt hardware``: the survey's graphics cards and the methods that fit their limits."""
+"""``gpgpu-rt hardware``: list the cards of Hachisuka's survey and the methods that fit them."""
 from __future__ import annotations
 
 import argparse

@@ -1,7 +1,7 @@
 """Help: the help of a command in three lengths.
 
-``--help`` prints the options that everybody uses: it leaves out the group `Parser.rare`, and the
-options of methods that are not marked ``common`` (``options.py``). ``-m METHOD --help`` prints the
+``--help`` prints the options that everybody uses: it leaves out the group `Parser.rare`, and each
+method option that is not marked ``common`` (``options.py``). ``-m METHOD --help`` prints the
 options of a method, and ``--help-all`` prints every option.
 """
 from __future__ import annotations
@@ -57,7 +57,7 @@ class OwnedOptions:
         self.table = variants(self.owned)
 
     def named(self, arguments: Sequence[str]) -> list[str]:
-        """Return the owners that the arguments of a command name.
+        """Return the owners whose names are among a command's arguments.
 
         Raises
         ------
@@ -120,8 +120,8 @@ def usage_of(actions: Iterable[argparse.Action]) -> str:
 
 
 def where_to_read_on(owned: Sequence[OwnedOptions], already: bool) -> str:
-    """Return how to see the other options. ``already`` says whether the text has an owner's
-    options."""
+    """Return how to see the other options. ``already`` says whether the help already lists an
+    owner's options."""
     ways = [] if already else [
         f"{' '.join([*options.words[:1], options.kind.upper()])} --help for the options of "
         f"{_article(options.kind)}" for options in owned]
@@ -138,9 +138,9 @@ def described(option: Option) -> str:
 def help_of(kinds: Mapping[Option, Sequence[str]]) -> str:
     """Return the help text of a word such as --octants, which may be an option of several methods.
 
-    Options with equal texts share the text. Each of several texts begins with the names of its
-    methods. If a text has several defaults, each default is followed by its methods: "default 10
-    for lbvh, 2 for hybrid".
+    Options with equal texts share the text. If there are several texts, each text begins with the
+    names of its methods. If a text has several defaults, each default is followed by its methods:
+    "default 10 for lbvh, 2 for hybrid".
     """
     texts: dict[str, dict[str, list[str]]] = {}
     for option, owners in kinds.items():
@@ -160,7 +160,7 @@ def help_of(kinds: Mapping[Option, Sequence[str]]) -> str:
 
 
 def escaped(text: str) -> str:
-    """Return the text with doubled percent signs, which argparse prints unchanged."""
+    """Return the text with doubled percent signs; argparse prints a pair as one sign."""
     return text.replace("%", "%%")
 
 

@@ -24,7 +24,7 @@ class Parser(argparse.ArgumentParser):
     ----------
     switches : the words that need no value, such as --octants
     owned : the options that belong to methods or integrators. If there are any, ``--help`` leaves
-        out the group ``rare`` and most of them
+        out the group ``rare`` and most owned options
     in_full : whether the help has every option
     """
 
@@ -45,8 +45,8 @@ class Parser(argparse.ArgumentParser):
         return self._rare
 
     def own(self, options: OwnedOptions) -> None:
-        """Let the help list options of methods or integrators. The caller also declares each of
-        them as an argument."""
+        """Let the help list options of methods or integrators. The caller also declares each
+        option as an argument."""
         if not self.owned:
             self.add_argument("--help-all", action=_HelpAll, nargs=0, default=argparse.SUPPRESS,
                               help="show every option and exit")

@@ -112,5 +112,5 @@ def _heat(chosen: argparse.Namespace) -> None:
 
 def _in_passes(method: str, options: dict) -> dict:
     """Return the options with a schedule of many passes, unless the user chose a schedule. The
-    default ``loop`` runs a single pass, which shows nothing."""
+    default ``loop`` runs a single pass, which would show nothing."""
     return options if "schedule" in options else find_method(method).in_passes(options)

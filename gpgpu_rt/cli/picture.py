@@ -49,7 +49,7 @@ def drawing_of(chosen: argparse.Namespace, scene: Scene) -> dict[str, Any]:
 
 
 def explain(chosen: argparse.Namespace, tracer: Tracer) -> Plan | None:
-    """Return the plan, or None without --explain. Print it unless JSON will contain it."""
+    """Return the plan, or None without --explain. Print the plan, unless --json is given."""
     if not chosen.explain:
         return None
     plan = tracer.plan(chosen.size, **picture_options(chosen))
@@ -60,7 +60,7 @@ def explain(chosen: argparse.Namespace, tracer: Tracer) -> Plan | None:
 
 @contextmanager
 def progress_shown() -> Iterator[Callable[[int, int, float], None]]:
-    """Yield the function that `Tracer.render` reports its progress to."""
+    """Yield a function to which `Tracer.render` reports its progress."""
     with show_progress("sample", doublings("sample")) as tell:
         yield lambda done, samples, noise: tell(
             done, samples, "" if noise == float("inf") else f"noise {noise:.1%}")

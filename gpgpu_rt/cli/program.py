@@ -88,11 +88,11 @@ def _joined(programs: list[TracedProgram]) -> str:
 
 
 def files_of_method(name: str) -> list[tuple[str, str]]:
-    """Return (file, purpose) for each file of a method, first the Python file of its row in the
-    method table.
+    """Return (file, purpose) for each file of a method. The first file is the Python file of the
+    method's row in the method table.
 
-    Without an OpenGL context, which resolves includes, the result has only this file and the row's
-    file of kernels.
+    Without an OpenGL context, includes cannot be resolved: the result has only this Python file
+    and the row's file of kernels.
     """
     row, file = find_method(name), file_of(name)
     found = [] if file is None else [(_shown(file), "row")]

@@ -1,4 +1,4 @@
-"""Progress: a bar if tqdm is installed and the output is a terminal or a notebook, else lines."""
+"""Progress: shows a bar if tqdm is there, in a terminal or a notebook; else prints lines."""
 from __future__ import annotations
 
 import contextlib
@@ -10,7 +10,7 @@ from ..text_format import counted
 from ..views import in_notebook
 from .shared import say
 
-Lines = Callable[[int, int, str], None]     # the count done, the total, and a note
+Lines = Callable[[int, int, str], None]     # gets the number done, the total, and a note
 
 
 @contextlib.contextmanager
@@ -62,7 +62,7 @@ def doublings(unit: str) -> Lines:
 
 
 def _bar(unit: str, of: int) -> Any:
-    """Return a tqdm bar, or None without tqdm and outside of notebooks and terminals."""
+    """Return a tqdm bar; None without tqdm, or outside of notebooks and terminals."""
     try:
         with warnings.catch_warnings():
             # In a notebook without widgets, tqdm warns and draws text.

@@ -179,7 +179,7 @@ def _ask() -> None:
 
 @contextlib.contextmanager
 def _working(folder: Path) -> Iterator[Path]:
-    """Yield a folder in ``folder`` for partial downloads, locked against other runs. Finally
+    """Yield a folder in ``folder`` for partial downloads, locked against other runs. At the end,
     remove the empty folders that this run made."""
     created = [path for path in (folder, *folder.parents) if not path.exists()]
     try:

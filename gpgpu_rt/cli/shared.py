@@ -1,4 +1,4 @@
-"""Shared: functions of all commands, to parse options and sizes, and print tables and JSON."""
+"""Shared: parses options and sizes, and prints tables and JSON, for all commands."""
 from __future__ import annotations
 
 import argparse
@@ -51,7 +51,7 @@ def names(text: str) -> list[str]:
 
 
 class Collect(argparse.Action):
-    """Appends names to those of earlier options of the same word; keeps each name once."""
+    """Appends names to the names that the same option gave before; keeps each name once."""
 
     def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, values: Any,
                  word: str | None = None) -> None:
@@ -76,8 +76,8 @@ def add_method(sub: argparse.ArgumentParser, text: str, required: bool = False) 
 def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> None:
     """Declare ``-m`` for several methods; ``chosen.methods`` is their list.
 
-    ``default`` describes the default for the help. With it, ``-m`` is optional; without ``-m``,
-    ``chosen.methods`` is None.
+    ``default`` describes the default for the help. If it is given, ``-m`` is optional, and
+    ``chosen.methods`` is None without ``-m``.
     """
     sub.add_argument("-m", "--method", "--methods", required=default is None, action=Collect,
                      dest="methods", metavar="NAME,NAME,...", type=names,
@@ -118,8 +118,8 @@ def spelled_out(arguments: Sequence[str], switches: Collection[str]) -> list[str
     """Return the arguments in a form that argparse reads without ambiguity.
 
     A switch without a value becomes ``--word=true``, because argparse would read the next argument
-    as its value. A vector such as -1,0,2 is joined to the word before it, because argparse would
-    read it as an option.
+    as the value. A vector such as -1,0,2 is joined to the word before it, because argparse would
+    read the vector as an option.
     """
     found: list[str] = []
     for word, after in zip(arguments, [*arguments[1:], ""]):
@@ -132,8 +132,8 @@ def spelled_out(arguments: Sequence[str], switches: Collection[str]) -> list[str
 
 
 def given_options(chosen: argparse.Namespace) -> dict[str, Any]:
-    """Return name -> value of the options that the user gave, of any method. Of several options
-    with a name, the first that accepts the text parses it."""
+    """Return name -> value of the options that the user gave, of any method. If several options
+    share a name, the first option that accepts the text parses the text."""
     table = all_options()
     words = {name: getattr(chosen, "option_" + name) for name in table}
     return {name: _read(list(table[name]), text) for name, text in words.items()
@@ -169,7 +169,7 @@ def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
     ----------
     chosen, prefix : the parsed arguments, whose attribute ``prefix`` + name is an option's text
     asked : the names of the options to look for
-    known, whose : the options of their owner, such as a method, and the owner's name
+    known, whose : the options of an owner, such as a method, and the owner's name
 
     Raises
     ------
@@ -242,8 +242,8 @@ def seconds_word(text: str) -> float:
 
 
 def print_any_name() -> None:
-    """Make stdout and stderr escape characters that the terminal's encoding lacks, such as in
-    names of files."""
+    """Let stdout and stderr print backslash sequences for characters that the terminal's encoding
+    lacks, for example in file names."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")

@@ -1,4 +1,4 @@
-"""Streams: let a command work although the caller closes a standard stream or stops reading."""
+"""Streams: let a command work even if the caller closes a standard stream or stops reading."""
 from __future__ import annotations
 
 import os
@@ -10,8 +10,8 @@ def printed(command: Callable[[], int]) -> int:
     """Run a command that prints, flush its output, and return its exit status.
 
     A stream that the caller closed (``>&-``) becomes the null device. Otherwise the command's
-    first file would get its descriptor, and libraries would print messages into the file. The
-    status is 0 if the reader stops early, as in ``gpgpu-rt methods | head -1``.
+    first file would get the stream's descriptor, and libraries would print messages into the file.
+    The status is 0 if the reader stops early, as in ``gpgpu-rt methods | head -1``.
     """
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:

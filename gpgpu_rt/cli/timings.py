@@ -1,4 +1,4 @@
-"""Timings: the parts of a command's time, from the process's start to the last file."""
+"""Timings: measures the parts of a command, from the process's start to the last file."""
 from __future__ import annotations
 
 import os
@@ -30,7 +30,7 @@ class Timings:
             self.parts[name] = self.parts.get(name, 0.0) + time.perf_counter() - began
 
     def split(self, name: str, parts: dict[str, float]) -> None:
-        """Replace a part by smaller parts; the rest keeps the part's name."""
+        """Replace a part by smaller parts; the remaining time keeps the part's name."""
         whole = self.parts.pop(name)
         self.parts.update(parts)
         self.parts[name] = max(0.0, whole - sum(parts.values()))

@@ -162,7 +162,7 @@ def _trace(chosen: argparse.Namespace) -> None:
 
 
 def _tracer(chosen: argparse.Namespace, scene: Scene | None = None) -> Tracer:
-    """Return the tracer that the arguments describe. ``scene`` replaces their scene."""
+    """Return the tracer that the arguments describe. ``scene`` replaces ``chosen.scene``."""
     source = chosen.scene if scene is None else scene
     if chosen.settings is not None:
         if chosen.method is not None:

@@ -1,4 +1,4 @@
-"""``gpgpu-rt accuracy`` and ``tune``: measure errors, and find the fastest settings in bounds."""
+"""``gpgpu-rt accuracy``, ``tune``: measure errors; find the fastest settings within bounds."""
 from __future__ import annotations
 
 import argparse

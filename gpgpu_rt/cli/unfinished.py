@@ -1,4 +1,4 @@
-"""Unfinished output: finished parts of a film or picture, from which a later run can resume."""
+"""Unfinished output: keeps the finished parts of a film or picture, for a later run."""
 from __future__ import annotations
 
 import contextlib
@@ -22,11 +22,10 @@ RECORD = "parts.json"
 
 def follows_from(method: str, options: Mapping[str, Any], renderer: str,
                  drawing: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings that, with the scene, determine a part (a film's frame or a picture's
-    tile).
+    """Return the settings that determine a part (a film's frame or a picture's tile) of a scene.
 
-    The caller adds the scene's digest. ``options`` are resolved; ``drawing`` holds the arguments
-    of ``Tracer.render``.
+    The caller adds the scene's digest. ``options`` include the defaults; ``drawing`` holds the
+    arguments of ``Tracer.render``.
     """
     return {**drawing, "method": method, "options": options, "renderer": renderer}
 
@@ -87,8 +86,8 @@ class Unfinished:
     def until_whole(self) -> Iterator[None]:
         """Return a context in which the caller makes the parts and assembles the output.
 
-        At its end, the folder is removed. After an interrupt or an error, the folder stays if it
-        has a finished part and a resumed run could succeed.
+        The end of the context removes the folder. After an interrupt or an error, the folder stays
+        if it has a finished part and a resumed run could succeed.
         """
         try:
             yield

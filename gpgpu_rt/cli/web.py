@@ -1,4 +1,4 @@
-"""``gpgpu-rt web``: pages that trace a scene in a browser, by the tracer's GLSL programs."""
+"""``gpgpu-rt web``: write pages that trace a scene in a browser, by the tracer's programs."""
 from __future__ import annotations
 
 import argparse
@@ -28,7 +28,7 @@ def _web(chosen: argparse.Namespace) -> None:
     named = chosen.methods or ["kd-restart", "grid", "bvh-threaded"]
     every, left_out = named == ["all"], dict[str, str]()
     names = web_names(None if every else named)
-    lenient = left_out if every else None      # else a method that does not run is an error
+    lenient = left_out if every else None      # None: a method that cannot run is an error
     scene = load_scene(chosen.scene)
     if not chosen.output.lower().endswith((".html", ".htm")):
         made = write_gallery(scene, names, chosen.output, lenient, say)

@@ -1,4 +1,4 @@
-"""Case: a scene with rays that ray tracers may get wrong; and the table of families of cases."""
+"""Case: a scene with rays that ray tracers may get wrong. FAMILIES is the table of families."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -79,7 +79,7 @@ FAMILIES: dict[str, Family] = {}
 
 
 def family(name: str, row: int, what: str, most: int = 1 << 30) -> Callable:
-    """Register a function (rays, seed) -> case in FAMILIES."""
+    """Return a decorator that registers a function (rays, seed) -> case."""
     def register(make: Callable[[int, int], Case]) -> Callable[[int, int], Case]:
         FAMILIES[name] = Family(name, row, what, make, most)
         return make

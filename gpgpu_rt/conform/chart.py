@@ -1,4 +1,4 @@
-"""Chart: the share of wrong rays of each engine in each family. Needs matplotlib."""
+"""Chart: draws each engine's share of wrong rays in each family. Needs matplotlib."""
 from __future__ import annotations
 
 from collections.abc import Sequence

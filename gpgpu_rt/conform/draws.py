@@ -1,9 +1,9 @@
-"""Draws: random numbers with the same bits on every machine.
+"""Draws: makes random numbers with the same bits on every machine.
 
-These functions use only operations whose results are defined to the bit: on integers, +, -, *, /,
-square roots, minima, maxima and scaling by powers of two, each in its own numpy call. Results of
-sines, powers, normal distributions, matrix products and norms depend on vector libraries, or on
-compilers that fuse a multiplication with an addition.
+These functions use only operations whose results are defined to the bit: integer operations, +, -,
+*, /, square roots, minima, maxima and scaling by powers of two. Each operation has its own numpy
+call. Sines, powers, normal distributions, matrix products and norms are not used: their results
+depend on vector libraries, or on compilers that fuse a multiplication with an addition.
 """
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def binades(rng: np.random.Generator, low: float, high: float, shape: Shape) -> np.ndarray:
-    """Return float64 of this shape in [2^a, 2^b), between the powers of two above ``low`` and
-    ``high``. All binades [2^k, 2^(k + 1)) between are equally probable."""
+    """Return float64 of this shape in [2^a, 2^b), where 2^a and 2^b are the next powers of two
+    above ``low`` and ``high``. All binades [2^k, 2^(k + 1)) are equally probable."""
     first, last = np.frexp(low)[1], np.frexp(high)[1]
     return np.ldexp(1 + rng.random(shape), rng.integers(first, last, shape))
 

@@ -1,4 +1,4 @@
-"""Engines: the ray tracers that people install, each behind the same function.
+"""Engines: calls the ray tracers that people install, all through the type `Trace`.
 
 Every engine is optional, and is imported only in the process that runs it. A wrapper is an engine
 that calls another engine of this table. A wrong answer is the wrapper's own error if the wrapped
@@ -79,7 +79,7 @@ def _ends(case: Case) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _finite_ends(case: Case) -> np.ndarray:
-    """Return t_max, (n,) float32, for engines that multiply by it: the largest float32 replaces
+    """Return t_max, (n,) float32, for engines that multiply by t_max: the largest float32 replaces
     infinity."""
     return np.minimum(_ends(case)[1], np.finfo(np.float32).max)
 
@@ -195,7 +195,7 @@ def _vtk() -> Trace:
         locator.BuildLocator()
         t, place, inside = vtk.mutable(0.0), [0.0] * 3, [0.0] * 3
         part, cell = vtk.mutable(0), vtk.mutable(0)
-        # VTK intersects segments: let each end beyond the scene, or at t_max.
+        # VTK intersects segments: a segment ends beyond the scene, or at t_max.
         directions = case.directions.astype(np.float64)
         length = np.linalg.norm(directions, axis=1)
         size = np.abs(vertices).max(initial=0) + np.abs(case.origins).max(axis=1, initial=0)

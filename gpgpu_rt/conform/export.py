@@ -1,4 +1,4 @@
-"""Export: the suite as plain data, for the tests of other projects.
+"""Export: writes the suite as plain data, for the tests of other projects.
 
 Each family's rays and answers are in ``NAME.json`` and in ``NAME.npz``. ``schema.json`` describes
 the JSON files. ``read_cases.py``, which needs only Python, reads a JSON file and judges a

@@ -10,12 +10,12 @@ import functools
 import numpy as np
 
 from ..numerics.denormals import keeps_denormals
-from . import flat_families, interval_families, structure_families  # noqa: F401, register theirs
+from . import flat_families, interval_families, structure_families  # noqa: F401 (fills FAMILIES)
 from .case import FAMILIES, Case, family
 from .draws import bell, between, binades, chosen, cross, directions, unit
 from .shapes import aims_at, box, bumpy_sphere, lattice, outside_rays, soup, square, tube
 
-EMBREE_CASE = np.float64([148376, 1234, -223423])   # where Embree's own tests put their sphere
+EMBREE_CASE = np.float64([148376, 1234, -223423])   # the sphere's place in Embree's own tests
 
 
 @keeps_denormals
@@ -251,7 +251,7 @@ def _(n: int, seed: int) -> Case:
         x = 4.0 * (k - 1)
         for z in (np.float32(1), np.float32(1) + k * np.float32(2.0**-23)):
             triangles.append([[x - 1, -1, z], [x + 1, -1, z], [x, 2, z]])
-    order = rng.permutation(16)    # the nearer plane has the lower index in some pairs only
+    order = rng.permutation(16)    # in only some pairs, the nearer plane has the lower index
     x = 4.0 * rng.integers(8, size=n)
     origins = np.column_stack([x + between(rng, -0.2, 0.2, n), between(rng, -0.2, 0.2, n),
                                chosen(rng, [0.0, 1.5], n)])

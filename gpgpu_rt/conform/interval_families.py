@@ -13,7 +13,7 @@ FACTORS = (0.5, 1 - 2.0 ** -10, 1 - 2.0 ** -24, 1.0, 1 + 2.0 ** -23, 1 + 2.0 ** 
 
 @family("intervals", 42, "intervals of t that begin or end at a hit on a lattice, or next to it")
 def _(n: int, seed: int) -> Case:
-    """The rays run along an axis through the insides of triangles, and their hits have exact t."""
+    """Rays run along an axis through the insides of triangles; float32 holds each hit's t."""
     rng = np.random.default_rng(seed)
     axis = rng.integers(3, size=n)
     side = chosen(rng, [-1.0, 1.0], n)

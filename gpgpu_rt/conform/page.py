@@ -1,4 +1,4 @@
-"""Page: the results of the suite as one HTML file without scripts."""
+"""Page: writes the results of the suite as one HTML file without scripts."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence

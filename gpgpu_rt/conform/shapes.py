@@ -1,4 +1,4 @@
-"""Shapes: the families' scenes, and points to aim rays at; the same bits on every machine."""
+"""Shapes: makes the families' scenes and rays, with the same bits on every machine."""
 from __future__ import annotations
 
 import numpy as np
@@ -13,7 +13,7 @@ _OCTANTS = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4],
 
 
 def sphere(subdivisions: int) -> np.ndarray:
-    """Return a unit sphere, (8 * 4^subdivisions, 3, 3) float64, from an octahedron. Shared
+    """Return a unit sphere, (8 * 4^subdivisions, 3, 3) float64: a subdivided octahedron. Shared
     vertices are equal to the bit."""
     triangles = _OCTAHEDRON[_OCTANTS]
     for _ in range(subdivisions):
@@ -45,8 +45,8 @@ def box(cells: int = 1) -> np.ndarray:
 
 
 def tube(sections: int, height: float) -> np.ndarray:
-    """Return a closed tube of radius 1 along z, (4 sections, 3, 3) float64: a wall of triangles as
-    long as the tube, and two fans. ``sections`` is a multiple of 4.
+    """Return a closed tube of radius 1 along z, (4 sections, 3, 3) float64. The triangles of its
+    wall are as long as the tube; two fans close it. ``sections`` is a multiple of 4.
 
     The points (1 - s^2, 2 s) / (1 + s^2) form a quarter of the circle.
     """
@@ -74,7 +74,7 @@ def soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
 
 
 def lattice(cells: int) -> np.ndarray:
-    """Return the walls of the cells of a lattice whose three indices are even, in the unit box.
+    """Return the walls of each cell with three even indices, in a lattice over the unit box.
 
     The result is (12 (cells / 2)^3, 3, 3) float32 for even ``cells``.
 
@@ -112,7 +112,7 @@ def aims_at(triangles: np.ndarray, n: int, rng: np.random.Generator, at: str) ->
 
 def outside_rays(triangles: np.ndarray, n: int, rng: np.random.Generator,
                  distance: float = 1.0) -> Rays:
-    """Return rays to the scene's triangles from a sphere around the scene, whose radius is
+    """Return rays to the scene's triangles from a sphere around the scene. The sphere's radius is
     ``distance`` times the scene's diagonal."""
     corners = triangles.reshape(-1, 3).astype(np.float64)
     lo, hi = corners.min(axis=0), corners.max(axis=0)

@@ -13,7 +13,7 @@ from .runner import Crash, Runner
 from .spec import Spec
 from .suite import Known
 
-# `shrink` tries to round numbers to significands of so many bits.
+# `shrink` tries to round numbers to significands with these numbers of bits.
 FEW_BITS = (4, 6, 8, 10, 12, 16, 20)
 
 
@@ -37,7 +37,7 @@ class Minimal:
     answers: EngineAnswers
 
     def to_python(self) -> str:
-        """Return Python text, with exact numbers, for an issue of the engine's project: the mesh,
+        """Return Python text, with exact numbers, for a report to the engine's project: the mesh,
         the ray, the right answer and the engine's answer."""
         known = acceptance(self.case.triangles, *self.case.rays)
         hit = bool(known.exact.hit[0])
@@ -66,8 +66,8 @@ class Minimal:
 
 
 def minimal_cases(spec: Spec, known: Known, runner: Runner) -> list[Minimal]:
-    """Return a minimal case of each kind of wrong answer of an engine in a family. A kind is left
-    out if none of its first three rays, traced alone, shows the fault."""
+    """Return a minimal case for each kind of wrong answer that an engine gives in a family. A kind
+    is left out if none of its first three rays shows the fault alone."""
     part = slice(0, spec.engine.most)
     try:
         answers, _ = runner.trace(spec, known.case.part(part))

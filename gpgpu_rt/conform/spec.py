@@ -1,6 +1,6 @@
 """Spec: names an engine, a method of this project, a user's function or a user's program.
 
-Another process can load a spec.
+A spec can be sent to another process and loaded there.
 """
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from .export import case_to_dict
 
 ENGINE, METHOD, FUNCTION, COMMAND = "engine", "method", "function", "command"
 PLACES = ("{cases}", "{answers}")
-COMMAND_SECONDS = 120   # limit for a call; `runner.SECONDS` exceeds the limits of two calls
+COMMAND_SECONDS = 120   # limit for a call; `runner.SECONDS` allows two calls
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ def _found(module: str) -> bool:
 
 
 def _call(words: list[str]) -> None:
-    """Run a program. At its time limit or an interrupt, kill it and its children."""
+    """Run a program. After COMMAND_SECONDS or an interrupt, kill the program and its children."""
     with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                           start_new_session=True) as program:
         try:

@@ -1,4 +1,4 @@
-"""Strategies: cases of the suite for tests with Hypothesis, also in other projects.
+"""Strategies: give the suite's cases to tests with Hypothesis, in this or other projects.
 
     @given(gpgpu_rt.conform.strategies.cases())
     def test_my_tracer(case):

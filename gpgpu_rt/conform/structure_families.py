@@ -11,8 +11,8 @@ from .shapes import aims_at, box, lattice, outside_rays, soup
 
 @family("in-planes", 25, "rays and triangles in the planes that split a lattice, inside a box")
 def _(n: int, seed: int) -> Case:
-    """The rays meet the lattice only at edges, where float32 cannot decide. All rays hit
-    the box."""
+    """The rays meet the lattice only at edges, where float32 cannot decide hits. All rays
+    hit the box."""
     rng = np.random.default_rng(seed)
     triangles = np.concatenate([lattice(8), 2.5 * box(3) + np.float32(0.46875)])
     axis = rng.integers(3, size=n)[:, None] == np.arange(3)

@@ -34,8 +34,8 @@ class Row:
     family : The family's name.
     rays : Number of traced rays; 0 if the engine does not accept their t_min and t_max, gave no
         answer in an earlier family, or cannot be loaded.
-    undecidable : Number of rays with a right answer for which a hit and a miss are both right.
-    wrong : Number of wrong rays by kind, of KINDS. A crash counts for all ``rays``.
+    undecidable : Number of rays with a right answer, for which a hit and a miss are both right.
+    wrong : Number of wrong rays by kind (KINDS). After a crash, all ``rays`` count.
     seconds : Time of the engine's call in seconds, with the construction of its structure.
     note : Why the engine crashed or traced no ray; else "".
     own : For a wrapper of another engine, the number of wrong rays that the other engine answers
@@ -75,7 +75,7 @@ class Known:
         return cls(name, case, acceptance(case.triangles, *case.rays))
 
     def judge(self, answers: EngineAnswers, part: slice) -> Verdicts:
-        """Judge the answers to ``part``, a slice from the first ray."""
+        """Judge the answers to ``part``, a slice that begins at the first ray."""
         case = self.case.part(part)
         known = first_rays(self.answers, len(case.origins))
         return check(case.triangles, case.origins, case.directions, answers.t, answers.triangle,
@@ -106,7 +106,7 @@ def family_names(words: Sequence[str] = ()) -> list[str]:
 
 
 def installed() -> tuple[list[Spec], dict[str, str]]:
-    """Return the installed engines, and other engine -> why it is not run."""
+    """Return the installed engines, and missing engine -> why it is not run."""
     missing = {name: engine.missing for name, engine in ENGINES.items() if engine.missing}
     return [Spec(ENGINE, name) for name in ENGINES if name not in missing], missing
 
@@ -120,8 +120,8 @@ def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int
     OptionError
         a user's function cannot be loaded; raised before any engine runs
     """
-    # A wrapper comes after the engine that it wraps. Every engine has its own process, whose state
-    # it may change; this project's methods share a process.
+    # A wrapper comes after the engine that it wraps. Every engine has its own process, because an
+    # engine may change the state of its process; this project's methods share a process.
     ordered = sorted(dict.fromkeys(specs), key=lambda spec: bool(spec.engine.wraps))
     with ExitStack() as stack:
         runners = {key: stack.enter_context(Runner(seconds)) for key in map(_process_of, ordered)}

@@ -1,4 +1,4 @@
-"""Warp kernel: nearest and any hits with NVIDIA Warp's mesh, on the processor.
+"""Warp kernel: finds hits with NVIDIA Warp's mesh, on the processor.
 
 Warp reads the kernel's annotations, so this file has no ``from __future__ import annotations``.
 """
@@ -33,7 +33,7 @@ def prepare() -> Trace:
                    for array in (vertices, case.origins, case.directions)]
         mesh = warp.Mesh(vectors[0], warp.array(np.arange(len(vertices), dtype=np.int32),
                                                 dtype=int, device="cpu"))
-        # Warp multiplies by the end of a ray, so it must be finite.
+        # Warp multiplies by the end of a ray, so the end must be finite.
         ends = np.minimum(np.broadcast_to(case.t_max, n), np.finfo(np.float32).max)
         found = [warp.zeros(n, dtype=kind, device="cpu") for kind in (int, float, int)]
         warp.launch(trace_rays, n, device="cpu", inputs=[

@@ -80,13 +80,13 @@ def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
 
 
 def _array(file: BinaryIO | IO[bytes], size: int) -> np.ndarray:
-    """Return the array of a file whose header declares at most ``size`` bytes."""
+    """Return a file's array; raise ValueError if it declares more than ``size`` bytes."""
     version = np.lib.format.read_magic(file)
     if version not in _HEADERS:
         raise ValueError(f"version {version} of NumPy's format is not read")
     try:
         shape, fortran, dtype = _HEADERS[version](file)
-    except Exception as failure:    # numpy's parser may raise any
+    except Exception as failure:    # numpy's parser may raise any exception
         raise ValueError("its header cannot be read") from failure
     count = 1
     for length in shape:

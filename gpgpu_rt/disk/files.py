@@ -31,7 +31,7 @@ def open_input(path: str | os.PathLike[str]) -> BinaryIO:
     """
     try:
         _check_regular(os.stat(path).st_mode, path)
-        # O_NONBLOCK, because another process may now replace the file by a FIFO.
+        # O_NONBLOCK, because another process may replace the file by a FIFO before this line.
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)
                          | getattr(os, "O_BINARY", 0))
     except ValueError as failure:       # the name contains a zero byte

@@ -52,7 +52,7 @@ def angle_texts(vertex: str, fragment: str) -> tuple[str, str]:
 
 
 def _with_end(text: str, end: str) -> str:
-    # Put the functions on the line before the first #define, to keep the line numbers.
+    # Put FUNCTIONS on the line before the first #define, to keep the line numbers.
     header = HEADER.rstrip("\n").replace("\n#define", f" {FUNCTIONS}\n#define", 1)
     body = without_branches(without_do(es_text(text).removeprefix(HEADER)))
     return f"{header}\n#define main {_MAIN}\n{body}{end}"

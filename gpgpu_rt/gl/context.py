@@ -52,7 +52,7 @@ def is_software(renderer: str) -> bool:
 
 
 def threads_of(renderer: str) -> int | None:
-    """Return the number of threads of a software renderer in this process, once it has drawn.
+    """Return the number of a software renderer's threads in this process, after its first draw.
     Return None for a graphics card, or if the system does not list threads."""
     if not is_software(renderer):
         return None
@@ -98,13 +98,13 @@ class Gpu:
         self.max_texture_size: int = context.info["GL_MAX_TEXTURE_SIZE"]
         self.max_draw_buffers: int = min(context.info["GL_MAX_DRAW_BUFFERS"],
                                          MOST_TARGETS if self.is_es else 64)
-        # softpipe's gl_VertexID restarts every 4096 vertices. 4092 is divisible by 2 and 3, so
-        # draws in parts cut no line and no triangle.
+        # softpipe's gl_VertexID restarts every 4096 vertices. 4092 is divisible by 2 and 3, so a
+        # draw in parts cuts no line and no triangle.
         self.most_vertices = 4092 if self.renderer.startswith("softpipe") else None
         self.programs: dict[Any, moderngl.Program] = {}   # filled by gl/shader.py
         self.compilations: list[Any] | None = None    # filled by gl/shader.py
         self.observers = Observers()
-        self.whole = False    # whether passes also draw texels that they know to be empty
+        self.whole = False    # whether passes draw even texels that they know to be empty
         self.keeps_own_arrays: bool | None = None   # set by traversal/own_arrays.py
         self.fences = KeptFences(context, self.renderer)
         self._queries: list[moderngl.Query] = []
@@ -131,7 +131,7 @@ class Gpu:
 
     @contextmanager
     def observed(self, observer: Observer, whole: bool = False) -> Iterator[None]:
-        """Call an observer for every pass in the block. With ``whole``, passes also draw texels
+        """Call an observer for every pass in the block. With ``whole``, passes draw even texels
         that they know to be empty."""
         before, self.whole = self.whole, whole or self.whole
         self.observers.all.append(observer)
@@ -254,7 +254,7 @@ def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
     Parameters
     ----------
     context : "auto", one of `backends`, a moderngl.Context (such as a window's), a Gpu, or None.
-        None means the environment variable ``GPGPU_RT_CONTEXT``, or "auto" if it is unset.
+        None means the environment variable ``GPGPU_RT_CONTEXT``; if it is unset, "auto".
         "auto" tries EGL, then OSMesa; on Windows and macOS, the system's own context.
 
     Raises

@@ -1,4 +1,4 @@
-"""DesktopFunctions: give moderngl the functions of OpenGL 3.3 that it calls, on OpenGL ES 3.1."""
+"""DesktopFunctions: gives moderngl, on OpenGL ES 3.1, the OpenGL 3.3 functions that it calls."""
 from __future__ import annotations
 
 import ctypes
@@ -14,9 +14,9 @@ RENAMED = {**{f"gl{name}": f"gl{name}OES" for name in INDEXED},
            "glGetTexImage": "glGetTexImageANGLE", "glPolygonMode": "glPolygonModeANGLE",
            "glProvokingVertex": "glProvokingVertexANGLE"}
 # ES has no names for PROGRAM_POINT_SIZE, TEXTURE_CUBE_MAP_SEAMLESS, PRIMITIVE_RESTART and
-# MULTISAMPLE. It has no PRIMITIVE_RESTART, and always enables the others.
+# MULTISAMPLE. ES lacks PRIMITIVE_RESTART, and always enables the other three.
 NO_CAPABILITIES = (0x8642, 0x884F, 0x8F9D, 0x809D)
-# The range of point sizes in OpenGL, and in ES, where points are not smoothed.
+# The range of point sizes: its name in OpenGL, and in ES, which does not smooth points.
 GL_POINT_SIZE_RANGE, GL_ALIASED_POINT_SIZE_RANGE = 0x0B12, 0x846D
 # ES never clamps floats that are read from a float framebuffer.
 WITHOUT_EFFECT = ("glClampColor",)
@@ -28,10 +28,10 @@ UINT, INT, POINTER, FLOAT, DOUBLE = (
 
 
 class DesktopFunctions:
-    """Addresses of functions. The object must live as long as the context.
+    """Finds addresses of functions. The object must live as long as the context.
 
-    A function that ES lacks only sets the error GL_INVALID_OPERATION, or does nothing if it is in
-    `WITHOUT_EFFECT`. An exception in this class sets GL_INVALID_OPERATION, too.
+    A stub replaces a function that ES lacks. The stub sets the error GL_INVALID_OPERATION, or does
+    nothing for `WITHOUT_EFFECT`. An exception in this class sets GL_INVALID_OPERATION, too.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Environment: the program, libraries, renderer and processor of a measurement."""
+"""Environment: records the program, libraries, renderer and processor of a measurement."""
 from __future__ import annotations
 
 import functools

@@ -1,7 +1,7 @@
 """Accessors of records in the era dialect: GLSL 1.20 without integers (glsl/era/card.frag).
 
 An index is a float. A single multiply-add computes a texel's texture coordinates. The whole part
-of x is then the texel's row, so a table repeats along x (wrap mode).
+of x is then the texel's row. A table repeats along x (wrap mode), so x needs no reduction.
 """
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ MOST_ROWS = 1000
 
 
 def table_glsl(record: Record) -> str:
-    """Return accessors such as ``kd_node_split(i)``, for a float ``i``, of a table with a texture
-    per texel of a record (`Record.apart`)."""
+    """Return a table's accessors, such as ``kd_node_split(i)`` for a float ``i``. The table has a
+    texture per texel of a record (`Record.apart`)."""
     name = record.name
     lines = [f"uniform sampler2D {sampler};" for sampler in table_samplers(record)]
     lines += [f"uniform vec2 {name}_step;    // texture coordinates from an element to the next",
@@ -70,7 +70,7 @@ def streams_glsl(reads: Iterable[Record], writes: Iterable[Record]) -> str:
 
 
 def changes_glsl(changed: Record) -> str:
-    """Return a store function for some fields of a stream whose struct is declared.
+    """Return a store function for some fields of a stream whose struct is already declared.
 
     Parameters
     ----------

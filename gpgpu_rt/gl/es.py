@@ -10,7 +10,7 @@ import re
 
 from ..errors import ShaderError
 
-# The header replaces as many lines, so that errors name the right lines.
+# The header has as many lines as it replaces, so that errors name the right lines.
 HEADER = """#version 300 es
 precision highp float;
 precision highp int;
@@ -20,7 +20,7 @@ precision highp usampler2D;
 
 """
 # In a compiled text, the lines after #version enable the extension and define PRECISE. A printed
-# text only enables the extension, later.
+# text defines no PRECISE, and a later line enables the extension.
 _VERSION = re.compile(r"\A#version 330 core\n(?:#extension .*?#endif\n)?", re.S)
 _EXTENSION = re.compile(r"^#extension .*\n", re.M)
 _GLOBAL = re.compile(r"^(?:const )?(?:float|int|uint|i?vec[234]) (\w+) = ([^;]+);([ \t]*//.*)?$",
@@ -61,7 +61,7 @@ def es_text(text: str) -> str:
 def _without_joined_names(text: str) -> str:
     macros = {name: ([one.strip() for one in names.split(",")], body)
               for name, names, body in _MACRO.findall(text)}
-    # A macro such as EACH_TARGET calls the macro whose name it is given.
+    # A macro such as EACH_TARGET calls the macro whose name is its argument.
     callers = {name: (names, body) for name, (names, body) in macros.items()
                if any(re.search(rf"\b{one}\(", body) for one in names)}
     joining = {name: macro for name, macro in macros.items() if "##" in macro[1]}
@@ -96,7 +96,7 @@ def _expanded(text: str, name: str, names: list[str], body: str) -> str:
 
 
 def _arguments(text: str, start: int) -> tuple[list[str], int]:
-    """Return the values of a call from behind its opening bracket, and the call's end."""
+    """Return the values and the end of a call whose opening bracket is before ``start``."""
     values, depth, at = [""], 0, start
     while at < len(text):
         letter = text[at]

@@ -1,11 +1,11 @@
 """FragmentCounter: occlusion queries that count fragments, on OpenGL ES.
 
-An occlusion query of ES says only whether a fragment passed. Inside a query, each fragment here
-also adds 1 to its texel of an extra render target (`angle_text.py` adds this output). The depth
-test and `discard` apply to the target, so the sum of its texels is OpenGL 3.3's count.
+An occlusion query of ES says only whether a fragment passed. So, inside a query, each fragment
+adds 1 to its texel of an extra render target (`angle_text.py` adds this output). The depth test
+and `discard` apply to the target, so the sum of its texels is OpenGL 3.3's count.
 
-A draw into 8 render targets leaves no target for the count. Such a draw counts all pixels of the
-viewport, because programs of 8 targets are full-screen passes that discard nothing.
+A draw into 8 render targets leaves no target for the count. For such a draw, all pixels of the
+viewport are counted, because programs of 8 targets are full-screen passes that discard nothing.
 """
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ class FragmentCounter:
         self._blend_equation(COUNTING_TARGET, GL_FUNC_ADD)
         self._blend_function(COUNTING_TARGET, GL_ONE, GL_ONE)
         draw()
-        if not is_blended:      # programs may use this target themselves
+        if not is_blended:      # a program may use this target itself
             self._disable(GL_BLEND, COUNTING_TARGET)
         self._attach_to_counting_target(0)
         self._draw_buffers(TARGETS, present)
@@ -152,8 +152,8 @@ class FragmentCounter:
             self._size, self._is_clear = wanted, False
             self._with_texture(lambda: self._storage(GL_TEXTURE_2D, 1, GL_R32F, *wanted))
         if not self._is_clear:
-            # ANGLE delays glClearTexImage until a draw, and then clears only the area of the
-            # smallest render target.
+            # Upload zeros: ANGLE delays glClearTexImage until a draw, and then clears only the
+            # area of the smallest render target.
             none = np.zeros(wanted, np.float32)
             self._pack(GL_UNPACK_ALIGNMENT, 4)
             self._with_texture(lambda: self._write(GL_TEXTURE_2D, 0, 0, 0, *wanted, GL_RED,

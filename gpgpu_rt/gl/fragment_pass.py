@@ -42,8 +42,8 @@ class FragmentPass:
         self.program = compile_program(gpu, fragment, defines, virtual, vertex)
         self.texts = gpu.text_of(self.program)
         self.uniforms: dict[str, object] = {}
-        # The program gets this mark with this pass's uniforms. A reference to the pass as a mark
-        # would keep the pass alive.
+        # The program holds this mark while it has this pass's uniforms. If the mark were the pass
+        # itself, the program would keep the pass alive.
         self._mark = object()
         self.samplers = tuple(name for name in self.program if getattr(
             self.program[name], "gl_type", None) in GL_SAMPLERS)
@@ -91,8 +91,8 @@ class FragmentPass:
             self.gpu.fences.keep()
 
     def _take_program(self) -> None:
-        """Set this pass's uniforms, unless the program has them. Passes with the same texts share
-        a program."""
+        """Set this pass's uniforms, unless the program already has them: passes with the same
+        texts share a program."""
         if self.program.extra is not self._mark:
             for name, value in self.uniforms.items():
                 self.program[name].value = value

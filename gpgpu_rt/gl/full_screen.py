@@ -95,7 +95,7 @@ class FullScreenPass(FragmentPass):
     def count(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
               statistics: Statistics, depth: float = 0.0,
               rectangles: Rectangles | None = None) -> int:
-        """Draw, and return an occlusion query's count of texels."""
+        """Draw, and return the number of drawn texels, from an occlusion query."""
         query = self.gpu.query()
         with query:
             self.draw(target, textures, depth, rectangles)

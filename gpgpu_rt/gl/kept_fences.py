@@ -2,9 +2,9 @@
 
 In llvmpipe, the passes into a framebuffer form a scene, and every scene has a fence. Each drawing
 thread locks the fence, counts itself, wakes the waiting threads and unlocks the fence. The thread
-that issues draws looks only at the count (``lp_fence_signalled``). This thread may free the fence
-of the scene before last before a drawing thread has unlocked the fence. The drawing thread then
-writes into freed memory. Mesa 22.3 has this fault, and Mesa 25.0 has the same lines.
+that issues draws looks only at the count (``lp_fence_signalled``). So this thread may free the
+fence of an earlier scene while a drawing thread must still unlock the fence. The drawing thread
+then writes into freed memory. Mesa 22.3 has this fault, and Mesa 25.0 has the same lines.
 """
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from collections import deque
 
 import moderngl
 
-# llvmpipe has at most 64 scenes at a time, and a scene has a few calls of `keep`. When a query is
-# used again in the scene in which it ended last, llvmpipe waits for the scene.
+# These queries suffice for all scenes: llvmpipe has at most 64 scenes at a time, and a scene has a
+# few calls of `keep`. If a scene used a query twice, llvmpipe would wait for the scene.
 KEPT = 512
 
 
@@ -21,18 +21,18 @@ class KeptFences:
     """Keeps the fences of the last scenes, if the renderer is llvmpipe.
 
     A query keeps a reference to the fence of the scene in which it ended, until it ends again. So
-    we end a query in every scene, and use the queries in turns.
+    `keep` ends a query in every scene, and uses the queries in turns.
     """
 
     def __init__(self, context: moderngl.Context, renderer: str) -> None:
         self._queries: deque[moderngl.Query] = deque()
         if renderer.startswith("llvmpipe"):
-            # Primitives, because these queries run within occlusion queries.
+            # Count primitives, because these queries run within occlusion queries.
             self._queries.extend(context.query(primitives=True) for _ in range(KEPT))
 
     def keep(self) -> None:
         """Keep the fence of the current scene. Call this after every draw, clear or start of a
-        query, because each may start a scene."""
+        query, because each of these may start a scene."""
         if self._queries:
             with self._queries[0]:
                 pass

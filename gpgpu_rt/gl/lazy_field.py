@@ -1,4 +1,4 @@
-"""Column: a field of a table that is made slice by slice, never as a whole."""
+"""Column: makes a field of a table slice by slice, to save memory."""
 from __future__ import annotations
 
 from collections.abc import Callable

@@ -1,7 +1,7 @@
 """Loops: rewrites ``do`` loops, which test their condition after their body, as ``for`` loops.
 
-SwiftShader compiles some ``do`` loops that contain other loops wrongly: rays lost hits. It
-compiles the ``for`` loops correctly.
+SwiftShader wrongly compiles some ``do`` loops that contain other loops: rays lost hits.
+SwiftShader compiles the ``for`` loops correctly.
 """
 from __future__ import annotations
 

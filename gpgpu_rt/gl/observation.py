@@ -1,6 +1,6 @@
-"""Observation: a context calls its observers with each pass after drawing it.
+"""Observation: a context calls its observers after each pass.
 
-Passes cost nothing extra without observers. Draws of observers are not observed.
+Passes cost nothing extra without observers. Draws that an observer issues are not observed.
 """
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class ObservedPass:
     number : Index of the pass in a list of `Passes`, from 0; always 0 for other observers.
     name, vertex : Files of the fragment and the vertex program, below ``glsl/``.
     kernel : Name of the method's kernel that ran. "init" sets up states, "all" runs the kernel
-        that each ray's own state asks for, "visit" and "intersect" run packets. Empty for a
+        that each ray's own state names, "visit" and "intersect" run packets. Empty for a
         program without kernels.
     label : The kernel's name if the program runs a single kernel, else ``name``.
     texts : The compiled (vertex, fragment) texts.
@@ -92,7 +92,7 @@ class Observer:
 
 class Observers:
     """The observers of a context. The object is false without observers, and while an observer
-    receives a pass: draws of observers are not observed."""
+    receives a pass: the observer's own draws are not observed."""
 
     def __init__(self) -> None:
         self.all: list[Observer] = []
@@ -121,7 +121,7 @@ class Observers:
             count = _Count(query, within, free)
         else:
             draws = render()
-        one.gpu.fences.keep()       # before an observer reads a texture, which ends the scene
+        one.gpu.fences.keep()       # before an observer's read of a texture ends the scene
         seen = ObservedPass(
             0, one.name, one.vertex, one.kernel, one.label or one.name, one.texts,
             dict(one.uniforms), dict(inputs), target, tuple(framebuffer.color_attachments or ()),
@@ -151,7 +151,7 @@ class Observers:
             observer.queried()
 
     def end_query(self, query: OcclusionQuery) -> None:
-        """End an occlusion query of the host, whose count belongs to its last pass."""
+        """End an occlusion query of the host. Its count belongs to its last pass."""
         waiting, self._waiting = self._waiting or [], None
         for at, one in enumerate(waiting):
             if one._count is not None and at == len(waiting) - 1:

@@ -14,7 +14,7 @@ class OcclusionQuery:
 
     Parameters
     ----------
-    free : the context's unused queries. The query returns to them when its result is read
+    free : the context's unused OpenGL queries; a query returns there when its result is read
     """
 
     def __init__(self, context: moderngl.Context, free: list[moderngl.Query],

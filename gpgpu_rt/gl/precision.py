@@ -1,4 +1,4 @@
-"""Number formats of the hardware of 2002-2007: how textures store and kernels round numbers.
+"""Number formats of the hardware of 2002-2007: rounds as its textures and kernels did.
 
 ``storage`` is the format of the geometric channels of ray, state, hit and node textures.
 ``arithmetic`` is the format to which each result of a kernel is rounded. Indices stay exact.
@@ -7,7 +7,7 @@
 fp16 is s10e5 with denormals, as in OpenEXR and NV30. fp24 is ATI's s16e7 of R300 to R500, without
 denormals, emulated in float32. The option ``rounding`` exists because no source states for certain
 how these units rounded. A finite value above the largest number becomes the largest number, so
-infinity only means "no end".
+infinity means only "no end".
 """
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class Format:
     ----------
     mantissa_bits : explicit bits of the mantissa
     smallest : the smallest normal number
-    quantum : distance between neighbouring numbers below ``smallest``; equal to ``smallest``
-        without denormals
+    quantum : distance between neighbouring numbers below ``smallest``; equal to ``smallest`` if
+        there are no denormals
     largest : the largest finite number
     """
 
@@ -44,7 +44,7 @@ class Format:
 
     @property
     def unit(self) -> float:
-        """The unit roundoff to nearest."""
+        """The unit roundoff of rounding to nearest."""
         return 2.0 ** -(self.mantissa_bits + 1)
 
     def round(self, values: np.ndarray, rounding: str = "nearest") -> np.ndarray:

@@ -12,8 +12,8 @@ from .textures import release
 
 
 class PrimitivePass(FragmentPass):
-    """Draws primitives. Vertices come from a buffer, or the vertex program makes each from its
-    number.
+    """Draws primitives. Vertices come from a buffer, or the vertex program makes each vertex from
+    its number.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class PrimitivePass(FragmentPass):
         Parameters
         ----------
         layout : in moderngl's notation: "3f 1i" for a vertex or "4f/i" for an instance
-        attributes : an attribute's name for each word of the layout; unused ones are ignored
+        attributes : an attribute's name for each word of the layout; unused names are ignored
         """
         if self._buffer is not buffer:
             release(self._geometry)

@@ -1,7 +1,7 @@
 """Records: a declaration lists fields in texels; numpy packs the fields, and GLSL reads them.
 
-Texels of records form a table, which is read by index, or a stream, which passes read and write.
-A declaration lists fields texel by texel: ``"v0:vec3 index:int | v1:vec3 last:int | v2:vec3"``.
+Texels of records form a table or a stream. Programs read a table by index; passes read and write a
+stream. A declaration lists fields texel by texel: ``"v0:vec3 index:int | v1:vec3 last:int"``.
 Types are float (the default), vec2, vec3, vec4, int, ivec3 and ivec4. Integers are stored as
 floats, exact from -2^24 to 2^24.
 
@@ -48,7 +48,7 @@ class Field:
         return self.type in ("int", "ivec3", "ivec4")
 
     def of(self, texels: np.ndarray) -> np.ndarray:
-        """Return the field's values, (...) or (..., k), from its texels, (..., 4)."""
+        """Return the field's values, (...) or (..., width), from its texels, (..., 4)."""
         values = texels[..., self.channel:self.channel + self.width]
         values = values[..., 0] if self.width == 1 else values
         return values.astype(np.int32) if self.is_integer else values
@@ -87,11 +87,11 @@ class Record:
     layout : Declaration of the fields.
     storage : Format of the geometric fields. Set by ``stored``.
     half_texels : Number of texels in half float textures, which come first. Set by ``stored``.
-    uniform_texels : Texels that are the same for all of a stream's records. Programs read them
+    uniform_texels : Texels that are the same for all of a stream's records. Programs read these
         from uniforms. Texel 0 of ``rays`` sets the define RAYS_TEXEL_0_UNIFORM.
     define : GLSL define of a stream, which distinguishes records of the same name with different
         fields.
-    constants : Names and values of integers with a special meaning in fields, also in GLSL.
+    constants : Names and values of integers with a special meaning in fields, defined in GLSL.
     full_precision : Whether geometric fields stay float32 under every ``storage``.
     is_apart : Whether each texel of a table's records has its own texture. Set by ``apart``.
     """

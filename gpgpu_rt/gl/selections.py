@@ -1,14 +1,14 @@
-"""Selections: writes the operators that choose a value as calls, so that ANGLE makes no branch.
+"""Selections: writes `a ? b : c`, `&&` and `||` as calls, so that ANGLE makes no branch.
 
 ANGLE translates `a ? b : c`, `a && b` and `a || b` into a branch, unless b and c are plain names
-or constants. SwiftShader compiles a loop in a time and memory that double with each branch of the
+or constants. Each branch in a loop doubles the time and memory that SwiftShader needs for the
 loop: its search for back edges (`Spirv::Function::ExistsPath`) queues a block for each path to the
-block. In a function, arguments are plain names, so `picked_value(a, b, c)` is no branch.
+block. In a function, arguments are plain names, so `picked_value(a, b, c)` makes no branch.
 
 A selection is rewritten only if both values can always be computed: they assign nothing, and call
 no function with an effect or a loop. The index of an array element must be a function's parameter:
-as such a parameter, programs pass only the number of a ray or an axis, which lies inside the
-array.
+to such a parameter, programs pass only the number of a ray or an axis, and this number lies inside
+the array.
 """
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def _functions(items: Sequence[Item]) -> list[tuple[str, str, Bracketed, Bracket
 
 def harmless_functions(text: str, items: Sequence[Item], parameters: frozenset[str]
                        ) -> frozenset[str]:
-    """Return the functions and macros that may be called without need for their value."""
+    """Return the functions and macros that may be called even if their value is not needed."""
     bodies: dict[str, list[Sequence[Item]]] = {}
     changing = set().union(*map(_declared, _statements(items)))
     for kind, name, arguments, body in _functions(items):
@@ -158,7 +158,7 @@ def harmless_functions(text: str, items: Sequence[Item], parameters: frozenset[s
             ("discard",) if _CHANGING & set(map(str, _flat(macro))) else macro)
 
     def is_harmless(body: Sequence[Item], harmless: set[str]) -> bool:
-        # `for (` and `while (` look like calls of unknown functions.
+        # `for (` and `while (` look like calls of unknown functions, so loops are not harmless.
         words = {item.partition(".")[0] for item in _flat(body) if isinstance(item, str)}
         return (not words & (changing | {"discard"}) and _calls(body) <= harmless
                 and not _reads_element(body, parameters))
@@ -180,7 +180,7 @@ def _declared(statement: Sequence[Item]) -> set[str]:
 
 
 def _reads_element(items: Sequence[Item], parameters: frozenset[str]) -> bool:
-    """Return whether a value reads an array at an index that may lie outside."""
+    """Return whether a value reads an array at an index that may lie outside the array."""
     return any(isinstance(item, Bracketed) and item.opening == "["
                and _plain(item)[1:-1].strip() not in parameters for item in _flat(items))
 
@@ -246,14 +246,14 @@ class _Writer:
         return text
 
     def _changes_nothing(self, items: Sequence[Item]) -> bool:
-        """Return whether computing a value changes nothing. A selection's first value, which is
-        always computed, must pass only this test."""
+        """Return whether computing a value changes nothing. A selection's first value is always
+        computed, so it needs to pass only this test."""
         words = [item for item in _flat(items) if isinstance(item, str)]
         return _calls(items) <= self._harmless and not any(
             word in _CHANGING or _is_directive(word) for word in words)
 
     def _is_harmless(self, items: Sequence[Item]) -> bool:
-        """Return whether a value may be computed without need."""
+        """Return whether a value may be computed even if it is not needed."""
         return self._changes_nothing(items) and not _reads_element(items, self._parameters)
 
 

@@ -4,7 +4,7 @@ A program has two entry files, a ``.vert`` and a ``.frag``, which begin with ``#
 ``#include "core/hit.glsl"`` names a file under ``glsl/``. ``#include <records>`` names a text that
 Python generated, such as the accessors of records. Each file is included once.
 
-A table maps lines to their files, because Mesa reports some errors in file 0 despite ``#line``.
+`Source` maps lines to their files, because Mesa reports some errors in file 0 despite ``#line``.
 """
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ _VERSION = re.compile(r"^\s*#\s*version\b")
 # "0:12(5): error" (Mesa), "0(12) : error" (NVIDIA), "ERROR: 0:12:" (others)
 _LOCATION = re.compile(r"(?P<a>\d+):(?P<b>\d+)(?:\(\d+\))?:|(?P<c>\d+)\((?P<d>\d+)\)\s*:")
 
-# Contraction to FMA breaks the watertight test. `precise` forbids it; drivers without `precise`
-# may contract.
+# Contraction to FMA breaks the watertight test. `precise` forbids contraction; drivers without
+# `precise` may contract.
 _PREAMBLE = """#extension GL_ARB_gpu_shader5 : enable
 #ifdef GL_ARB_gpu_shader5
 #define PRECISE precise
@@ -208,7 +208,7 @@ def compile_program(gpu: Gpu, fragment: str, defines: Mapping[str, object] | Non
 
 @contextmanager
 def compilations(gpu: Gpu) -> Iterator[list[Compilation]]:
-    """List every call of ``compile_program`` in the block, also calls that reuse a program."""
+    """List every call of ``compile_program`` in the block, even calls that reuse a program."""
     before, gpu.compilations = gpu.compilations, []
     try:
         yield gpu.compilations
@@ -217,11 +217,11 @@ def compilations(gpu: Gpu) -> Iterator[list[Compilation]]:
 
 
 def _let_go(gpu: Gpu) -> None:
-    """Release the least recently requested unused programs above MOST_PROGRAMS."""
+    """Make room for a program: release unused programs, the least recently requested first."""
     for key in list(gpu.programs):
         if len(gpu.programs) < MOST_PROGRAMS:
             return
-        if sys.getrefcount(gpu.programs[key]) == 2:    # only the table and this call
+        if sys.getrefcount(gpu.programs[key]) == 2:    # only the table and this call hold it
             gpu.programs.pop(key).release()
 
 

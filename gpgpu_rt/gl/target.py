@@ -29,8 +29,8 @@ class Target:
     records : a Record, or several Records in the order of the render targets
     size : (width, height) in texels
     depth : a depth buffer of the same size. Draws are tested against it, but do not write it
-    borrowed : name -> textures of another object, which releases them. The record of this name
-        uses these textures. Without such a record, the textures become further render targets
+    borrowed : name -> textures of another object, which also releases them. The record of this
+        name uses these textures. Without such a record, the textures are further targets
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Target:
 
     @property
     def record(self) -> Record:
-        """The first, for most targets the only, record."""
+        """The first record; most targets have only one."""
         return next(iter(self.records.values()))
 
     def part(self, record: Record) -> Target:
@@ -106,11 +106,11 @@ class Target:
         self.gpu.clear(self.framebuffer, *colour, **more)
 
     def bytes(self) -> int:
-        """Return the bytes of the textures, without borrowed ones."""
+        """Return the bytes of the textures, without borrowed textures."""
         return sum(map(texture_bytes, self._own.values()))
 
     def release(self) -> None:
-        """Free the framebuffer and the textures, without borrowed ones."""
+        """Free the framebuffer and the textures, except borrowed textures."""
         release(self.framebuffer, self._own)
 
 

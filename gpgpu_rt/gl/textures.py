@@ -15,7 +15,7 @@ from .precision import Precision
 from .record import TABLE_WIDTH_LOG2, Plane, Record, check_count
 
 TABLE_WIDTH = 1 << TABLE_WIDTH_LOG2
-# Records to pack together, which fill whole rows for any number of texels of a record.
+# Number of records to pack together. They fill whole rows, however many texels a record has.
 RECORDS_AT_ONCE = 32 * TABLE_WIDTH
 
 
@@ -57,7 +57,7 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
     ----------
     arrays : field name -> array
     precision : the format of geometric fields; None if they are rounded already
-    into : an older version of this table. Textures that fit are reused, and the others released
+    into : an older version of this table. Textures that fit are reused; others are released
 
     Returns
     -------
@@ -152,7 +152,7 @@ def read_texels(texture: moderngl.Texture, first: int, count: int) -> np.ndarray
     first : index of the first texel, in rows of TABLE_WIDTH texels
     """
     kind = np.uint32 if texture.dtype == "u4" else np.float32
-    if texture.ctx.extra.is_es:     # ES cannot attach each format to a framebuffer, or read it
+    if texture.ctx.extra.is_es:     # ES cannot read every format through a framebuffer
         whole = np.empty((texture.height * texture.width, texture.components),
                          "<" + texture.dtype)
         texture.read_into(whole)

@@ -6,12 +6,12 @@ The modules compute the time of a program on a card, step by step:
 * ``static_costs``: The instructions of each kernel, from Mesa's compiler for the card. The GLSL
   text cannot show them: the compiler merges fetches and removes unused code.
 * ``trace``: The kernel that each ray runs in each step, recorded from real passes.
-* ``issue``: How often pixels that branch together issue each kernel, and how many pixels wait.
+* ``issue``: How often a group of pixels that branch together issues a kernel, and how many wait.
   Counters in shaders cannot show how long a ray waits for its neighbours.
 * ``machine_model``: Predicts seconds from these counts, with no fitted constant.
 * ``era_time``: The predicted time of passes in the era form (docs/era.md), for ``render --era``.
 * ``published_kernels``: The instruction counts that papers printed.
-* ``table_reads``: The texels that rays read, from the same passes.
+* ``table_reads``: The texels that rays read, recorded from the same passes as ``trace``.
 * ``machines``, ``loop_costs``, ``local_store``: Times of machines with ray tracing units, and of
   the Cell.
 * ``methods_on_cards``: The methods that a card could have run.

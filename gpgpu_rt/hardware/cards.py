@@ -1,4 +1,4 @@
-"""The graphics cards of the survey: their figures, and which programs each could run."""
+"""The graphics cards of Hachisuka's survey: their figures, and the programs that they can run."""
 from __future__ import annotations
 
 import functools

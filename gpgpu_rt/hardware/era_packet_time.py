@@ -1,7 +1,7 @@
-"""Era packet time: the time that a card with loops would have taken for packets that ran here.
+"""Era packet time: predicts how long a card with loops would take for packets that ran here.
 
-The program of packets is one loop, so no pass shows how often its kernels ran. Therefore its rays
-are traced again, step by step.
+One pass runs the whole loop over packets, so passes do not show how often each kernel of the loop
+ran. Therefore the pass's rays are traced again, step by step.
 """
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from .machine_model import CardTime, host_time, stream_fetches, time_of_loop
 from .static_costs import static_cost
 from .trace import record_trace
 
-TILE, TILES = 48, 2     # least side of a tile in packets, and number of tiles along an axis
+TILE, TILES = 48, 2     # least side of a tile, in packets; number of tiles along an axis
 
 
 @dataclass(frozen=True)
 class _Traced:
     """The rays of a pass over packets. ``texels``, (h, w, 2, 4), holds the tiles to trace again,
-    side by side. The tiles have the ``share`` of the pass's ``pixels`` rays."""
+    side by side. ``share`` is the fraction of the pass's rays in the tiles."""
 
     any_hit: bool
     texels: np.ndarray
@@ -77,10 +77,10 @@ class PacketRays(Observer):
 
 
 def _sampled(side: int, packet: int, group: int) -> np.ndarray:
-    """Return the indices of the rows, or of the columns, of an image to trace.
+    """Return which rows (or columns) of an image are traced again.
 
     Trace a small image whole. Divide the axis of a large image into TILES parts, and trace a tile
-    in the middle of each part. A tile holds whole groups of packets that branch together.
+    in the middle of each part. A tile holds whole groups. The packets of a group branch together.
     """
     tile = -(-TILE // group) * group * packet
     if side <= TILES * tile:

@@ -1,4 +1,4 @@
-"""Era time: the time that a card of 2002-2006 would have taken for passes that ran here."""
+"""Era time: predicts how long a card of 2002-2006 would take for passes that ran here."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -19,13 +19,13 @@ from .static_costs import static_cost
 
 @dataclass(frozen=True)
 class EraTime:
-    """The passes of a tracer in the era form (docs/era.md).
+    """The passes of a tracer that runs an era form (docs/era.md).
 
     Attributes
     ----------
     tracer : the tracer, with the option ``era``
     log : the passes
-    packets : the rays of passes over packets
+    packets : keeps the rays of packet passes
     """
 
     tracer: Tracer
@@ -68,7 +68,7 @@ class EraTime:
 
 @contextmanager
 def era_timed(tracer: Tracer) -> Iterator[EraTime]:
-    """Log the passes in the block."""
+    """Log the tracer's passes in the block."""
     packets = PacketRays(tracer)
     with tracer.gpu, logged(tracer.gpu, Statistics()) as log, tracer.gpu.observed(packets):
         yield EraTime(tracer, log, packets)

@@ -1,6 +1,6 @@
-"""Issue: counts from a trace how often each kernel is issued.
+"""Issue: counts how often a card issues each kernel, from a trace of rays.
 
-Pixels that branch together form a group. A group issues a kernel once for all its pixels.
+Pixels that branch together form a group. One issue runs a kernel for all pixels of a group.
 """
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ import numpy as np
 
 from .trace import FINISHED, KernelTrace
 
-QUAD = (2, 2)        # every card of the survey shades pixels in quads, for derivatives
-# The (h, w) in pixels of a group that branches together. The survey states no shape, so a group is
-# the rectangle of `branch_width` pixels (cards.json) that is nearest to a square. R420 cannot
-# branch.
+QUAD = (2, 2)        # every card of Hachisuka's survey shades pixels in quads, for derivatives
+# The (h, w) of a group in pixels. The survey states no shape, so a group is the rectangle of
+# `branch_width` pixels (cards.json) that is nearest to a square. R420 cannot branch.
 GROUPS: dict[str, tuple[int, int] | None] = {
     "R420": None, "NV40": (32, 32), "R580": (6, 8), "G80": (4, 8)}
-PASSES_A_CHOICE = 16    # passes of the schedule `kernels` between occlusion queries
+PASSES_A_CHOICE = 16    # passes that the schedule `kernels` draws between occlusion queries
 WHILE_WHILE, STEP = "while-while", "step"
 ORDERS = (WHILE_WHILE, STEP)
 # Kernels that have no inner loop of their own in a while-while program. The program runs such a
-# kernel right after the step that asks for it. `push` and `pop` belong to methods with a stack in
-# textures under `step` (glsl/methods/bvh/packet_steps_stack.glsl) and to kd-packet on R580
+# kernel right after the step that needs it. `push` and `pop` belong to methods that keep a stack
+# in textures under `step` (glsl/methods/bvh/packet_steps_stack.glsl), and to kd-packet on R580
 # (packet_trace.py). `leave` and `begin` belong to kd packets
 # (glsl/methods/kdtree/packet_steps.glsl).
 WITHIN = ("push", "pop", "leave", "begin")
@@ -30,13 +29,13 @@ WITHIN = ("push", "pop", "leave", "begin")
 
 @dataclass(frozen=True)
 class KernelIssues:
-    """How often kernels are issued; each tuple has an entry per kernel.
+    """How often each kernel is issued. Each tuple has an entry per kernel.
 
     Attributes
     ----------
     kernels : names
-    runs : useful runs, summed over rays
-    lanes : lanes that the issues occupy, idle lanes included
+    runs : runs that rays need, summed over rays
+    lanes : lanes that the issues occupy, idle lanes included. A lane is a pixel of a group
     iterations : iterations of the outer loop, summed over lanes; 0 for passes
     passes : number of passes that the host draws; empty for a loop
     queries : number of the host's occlusion queries; 0 for a loop
@@ -51,7 +50,7 @@ class KernelIssues:
 
     @property
     def idle(self) -> float:
-        """The share of issued lanes without a useful run."""
+        """The share of issued lanes that are idle."""
         return 1 - sum(self.runs) / sum(self.lanes) if sum(self.lanes) else 0.0
 
 
@@ -79,8 +78,8 @@ def issued_in_loop(trace: KernelTrace, group: tuple[int, int], order: str,
     order : WHILE_WHILE has a loop for each kernel inside the outer loop: a group issues a kernel
         while any of its rays waits for the kernel. STEP has one loop, which runs a step of each
         ray per iteration: a group issues each kernel that any of its rays needs
-    within : under WHILE_WHILE, kernels without an inner loop. A ray that reaches such a kernel
-        runs it at once. A group issues the kernel if any of its rays runs it
+    within : kernels without an inner loop under WHILE_WHILE. A ray that reaches such a kernel runs
+        the kernel at once. A group issues the kernel if any of its rays runs it
     """
     steps, count = in_groups(trace.steps, group), len(trace.kernels)
     lanes = steps.shape[2]
@@ -101,7 +100,7 @@ def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
     """Return the issues of each kernel and the iterations of the outer loop, over all groups.
 
     All groups advance in rounds. In a round, every unfinished group issues one kernel, and then
-    the kernels without an inner loop (``within[k]``) that its rays ask for.
+    the kernels k without an inner loop (``within[k]``) that its rays need next.
     """
     count = len(within) - 1
     padded = np.concatenate([steps, np.zeros((1, *steps.shape[1:]), np.uint8)])
@@ -142,8 +141,8 @@ def issued_in_passes(trace: KernelTrace, choice: int = PASSES_A_CHOICE,
     """Return the issues of the schedule ``kernels``, which runs one kernel per pass.
 
     One occlusion query per kernel counts the rays that wait for it. The host then draws
-    ``choice`` passes of the kernel with the most waiting rays. Early depth rejects blocks of (h,
-    w) pixels in which no ray waited for this kernel at the time of the queries.
+    ``choice`` passes of the kernel with the most waiting rays. The early depth test rejects a
+    ``block`` of (h, w) pixels if none of its rays waited for this kernel during the queries.
     """
     count = len(trace.kernels)
     steps = in_groups(trace.steps, block)

@@ -1,4 +1,4 @@
-"""Local store: a simulated software cache, as Benthin et al. (2006) had on the Cell.
+"""Local store: simulates a software cache, as Benthin et al. (2006) used it on the Cell.
 
 The cache is direct-mapped. Groups of rays are simulated one after another, each with its reads in
 order. A line that several rays of a group fetch together is transferred once.
@@ -12,8 +12,8 @@ from .table_reads import TABLE
 
 def lines_of(places: np.ndarray, line: int) -> np.ndarray:
     """Return the number of the cache line that each read needs, (reads,) int64. ``places`` comes
-    from `table_reads`. A line has ``line`` bytes, and a table's first line has the table's number
-    times TABLE."""
+    from `table_reads`. A line has ``line`` bytes. The first line of table k has the number
+    k * TABLE."""
     table = places // TABLE * TABLE
     return table + (places - table) // line
 
@@ -26,7 +26,7 @@ def transfers(lines: np.ndarray, places: int) -> int:
     lines : (fetches,) int64, the fetched lines in order
     places : number of lines that the cache holds
     """
-    # Offset the tables, so that they begin at different cache lines, as in memory.
+    # Offset the tables. In memory, tables begin at different cache lines.
     place = (lines + (lines // TABLE) * 7919) % places
     order = np.argsort(place, kind="stable")
     line, where = lines[order], place[order]

@@ -9,7 +9,7 @@ from .machine_model import issue_slots, stream_fetches
 from .static_costs import era_programs, packet_methods, static_cost
 
 PACKET_RAYS = 4     # rays of a packet in the era form (traversal/era_packets.py)
-ON_CHIP = ("push", "pop")     # kernels that access a stack, here in on-chip memory
+ON_CHIP = ("push", "pop")     # kernels that access a stack; a loop keeps it in on-chip memory
 
 
 @dataclass(frozen=True)
@@ -20,8 +20,8 @@ class LoopCost:
     ----------
     instructions : arithmetic instructions as the card issues them
     fetches : texels of tables
-    levels : levels of texture indirection: the length of the longest chain of fetches that each
-        need the fetch before. The texels of a record are fetched together
+    levels : levels of texture indirection. A fetch is one level above the fetches on which its
+        coordinates depend. The texels of a record are fetched together
     """
 
     instructions: int
@@ -34,7 +34,7 @@ def loop_costs(card: str, method: str, **options: Any) -> dict[str, LoopCost]:
 
     Parameters
     ----------
-    card : the compiler, one of `static_costs.COMPILERS`
+    card : a name from `static_costs.COMPILERS`
     options : the method's options
     """
     found = {}
@@ -42,22 +42,22 @@ def loop_costs(card: str, method: str, **options: Any) -> dict[str, LoopCost]:
         cost = static_cost(card, method, program.kernel, in_loop=True, **options)
         fetches = 0 if program.kernel in ON_CHIP else (
             cost.fetches - stream_fetches(method, program.kernel))
-        # The first level of a pass fetches ray, state and hit.
+        # A pass's first level fetches ray, state and hit; a loop does not.
         found[program.kernel] = LoopCost(cost.arithmetic, fetches,
                                          cost.levels - 1 if fetches else 0)
     return found
 
 
 def setup_slots(card: str, method: str, any_hit: bool = False, **options: Any) -> float:
-    """Return the instruction slots of a ray before and after the loop.
+    """Return the instruction slots that a ray needs before and after the loop.
 
     Without packets, these are the slots of the kernel `init`. For packets, the whole loop was
-    compiled as one program. Its slots beyond the sum of its kernels are divided among the packet's
+    compiled as one program. Its slots minus its kernels' slots are divided among the packet's
     rays.
 
     Parameters
     ----------
-    card : the compiler, one of `static_costs.COMPILERS`
+    card : a name from `static_costs.COMPILERS`
     options : the options of a packet method; other methods use their defaults
     """
     if method not in packet_methods():

@@ -1,16 +1,16 @@
-"""Machine model: the seconds that a card needs for issued kernels, without a fitted constant.
+"""Machine model: predicts a card's seconds for issued kernels, without a fitted constant.
 
-A kernel's time is the largest of its arithmetic, its fetches and its streams, because these units
-of a card work side by side:
+A kernel computes, fetches texels of tables, and moves its streams (ray, state and hit). A card
+does the three in parallel, so the slowest decides:
 
     time = lanes * max(instructions / issue rate, fetches / texel rate, bytes / bandwidth).
 
-On NV40, fetches take slots of the arithmetic (``fetches_beside`` of cards.json), so the first two
-terms are added. The texels of a stream are not in the texture cache, so a pass fetches them at a
-lower rate (``stream_fetch``). Lanes include idle lanes. Passes and occlusion queries add the
-host's time and the time in which early depth rejects pixels. All rates come from cards.json;
-`Assumptions` holds the numbers without a source. The model leaves out cache misses, and assumes
-enough fragments in flight to hide the latency of fetches.
+On NV40, fetches occupy slots of the arithmetic (``fetches_beside`` of cards.json), so the first
+two terms are added. The texels of a stream are not in the texture cache, so a pass fetches them at
+a lower rate (``stream_fetch``). ``lanes`` includes idle lanes (issue.py). Passes and occlusion
+queries add the host's time and the time in which the early depth test rejects pixels. All rates
+come from cards.json; `Assumptions` holds the numbers without a source. The model ignores cache
+misses, and assumes enough fragments in flight to hide the latency of fetches.
 """
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from .nv40_pairing import arithmetic_of, clocks
 from .static_costs import StaticCost, static_cost
 
 _LISTED, _OWN_FETCH = "nv40", re.compile(r"TEX \S+, IN\[")
-# On the 8800 GTX, an uncoalesced load of CUDA takes the time of this many bytes. Such loads of 16,
-# 8 and 4 bytes reach about a half, a quarter and a tenth of the memory's peak (CUDA Programming
-# Guide 1.0, performance guidelines, from memory).
+# On the 8800 GTX, an uncoalesced load of CUDA takes as long as this many bytes at the memory's
+# peak rate. Loads of 16, 8 and 4 bytes reach about a half, a quarter and a tenth of the peak (CUDA
+# Programming Guide 1.0, performance guidelines; quoted from memory).
 UNCOALESCED_BYTES = 32.0
 SHARES = ("arithmetic", "texture", "bandwidth", "waiting lanes", "passes", "queries")
 
@@ -40,9 +40,9 @@ class Assumptions:
     Attributes
     ----------
     draw_seconds : the host's time for a draw call with a change of target
-    query_seconds : the time until the host has an occlusion query's result and goes on
-    branch_instructions : instruction slots of each issue's branch in a loop, on cards without a
-        unit for branches
+    query_seconds : the time until the host has an occlusion query's result and continues
+    branch_instructions : instruction slots of the branch to an issued kernel in a loop, on cards
+        without a unit for branches
     texel_bytes : bytes of a stream's texel; the papers' streams are RGBA32F
     """
 
@@ -52,7 +52,7 @@ class Assumptions:
     texel_bytes: float = 16.0
 
     def varied(self) -> dict[str, tuple[Assumptions, Assumptions]]:
-        """Return for each number all assumptions with this number halved, and doubled."""
+        """Return name -> the assumptions with the number of this name halved, and doubled."""
         return {one.name: (replace(self, **{one.name: getattr(self, one.name) / 2}),
                            replace(self, **{one.name: getattr(self, one.name) * 2}))
                 for one in fields(self)}
@@ -63,12 +63,12 @@ ASSUMED = Assumptions()
 
 @dataclass(frozen=True)
 class CardTime:
-    """Predicted seconds in parts.
+    """A predicted time, divided into parts.
 
     Attributes
     ----------
-    parts : name of SHARES -> seconds. A kernel's time counts as the part that bounds it; the idle
-        lanes' share of the time counts as "waiting lanes"
+    parts : name of SHARES -> seconds. A kernel's time counts as the part that bounds it; the time
+        of its idle lanes counts as "waiting lanes"
     """
 
     parts: Mapping[str, float]
@@ -88,17 +88,17 @@ def stream_fetches(method: str, kernel: str, any_hit: bool = False, in_loop: boo
                    **options: Any) -> int:
     """Return how many fetches of a kernel read the ray, its state and its hit.
 
-    A loop does not make these fetches: it keeps ray, state and hit in registers. NV40's listing
-    shows these fetches, because their coordinates are the fragment's. All compilers keep the same
-    fetches of streams.
+    A loop does not make these fetches: it keeps ray, state and hit in registers. They are counted
+    in NV40's listing, where the coordinates of these fetches are the fragment's own. All compilers
+    keep them.
     """
     cost = static_cost(_LISTED, method, kernel, any_hit, in_loop, **options)
     return len(_OWN_FETCH.findall(cost.listing))
 
 
 def issue_slots(cost: StaticCost) -> int:
-    """Return the issue slots of a kernel's arithmetic: its instructions, or on NV40 a pipe's
-    clocks (`nv40_pairing`)."""
+    """Return the issue slots of a kernel's arithmetic: on NV40 a pipe's clocks (`nv40_pairing`),
+    on other cards the instructions."""
     if cost.card != _LISTED or not cost.listing:
         return cost.arithmetic
     # The driver adds copies that the listing lacks. Each copy is issued alone.
@@ -115,9 +115,9 @@ def time_of_passes(card: Card, issued: KernelIssues, costs: Mapping[str, StaticC
     ----------
     issued : the issues, from `issue.issued_in_passes`
     costs : the cost of each kernel of ``issued``
-    streams : fetches of each kernel that read streams (`stream_fetches`)
-    pixels : number of pixels of the image. Each pass covers all pixels, and early depth rejects
-        the pixels outside the issued lanes
+    streams : number of stream fetches by kernel (`stream_fetches`)
+    pixels : number of pixels of the image. Each pass covers all pixels, and the early depth test
+        rejects the pixels outside the issued lanes
     """
     total = host_time(card, issued.queries, sum(issued.passes), pixels, assumed)
     for runs, lanes, kernel in zip(issued.runs, issued.lanes, issued.kernels):
@@ -138,9 +138,9 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
     ----------
     issued : the issues, from `issue.issued_in_loop`
     costs : the cost of each kernel in a loop
-    streams : fetches of each kernel that a loop does not make (`stream_fetches`)
+    streams : the fetches to subtract, as for `time_of_passes`
     pixels : number of pixels of the image, all covered by the pass
-    sharing : number of lanes for which a table's texel is loaded once
+    sharing : number of lanes that share one load of a table's texel
     uncoalesced : whether each run loads texels from memory by itself, without the texture units
         and their cache
     setup : instruction slots per pixel before and after the loop (`loop_costs.setup_slots`)
@@ -162,13 +162,13 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
 
 def host_time(card: Card, queries: int, passes: int = 0, pixels: int = 0,
               assumed: Assumptions = ASSUMED) -> CardTime:
-    """Predict the time of passes and occlusion queries over an image of ``pixels``: the host's
-    time, the time in which early depth rejects pixels, and the time in which queries count rays.
+    """Predict the time that passes and occlusion queries over ``pixels`` pixels add: the host's
+    time, the time of rejecting pixels by depth, and the time in which queries count rays.
 
-    A pass asks for equal depths (traversal/schedules.py), which hierarchical depth buffers do not
-    support, so the card tests each pixel. A query's pass fetches the state of each pixel, and
-    marks by depth the rays that wait for a kernel (drivers/classify.frag). Early depth rejects
-    none of its pixels, because its program discards.
+    The depth test of a pass is for equality (traversal/schedules.py). Hierarchical depth buffers
+    do not support it, so the card tests each pixel. A query's pass fetches the state of each
+    pixel, and writes a depth that marks the rays waiting for a kernel (drivers/classify.frag). The
+    early depth test rejects no pixel of this pass, because its program uses ``discard``.
     """
     rejected = passes * pixels / card.depth_rate
     marked = queries * pixels * card.stream_fetch / card.texel_rate

@@ -1,11 +1,11 @@
-"""A cost model of machines with units for ray tracing, and of the Cell processor.
+"""Machines: predicts the time per ray on machines with units for ray tracing, and on the Cell.
 
-The survey's section 5 proposes such units; section 4.4 describes machines that were built. A unit
-executes its kernels at no cost for the shader, in a clock for each step of a ray or a packet.
+Section 5 of Hachisuka's survey proposes such units; section 4.4 describes machines that were
+built. A unit executes a step of a ray, or of a packet, in a clock, without work for the shader.
 Shader, units and memory work in parallel, and the slowest decides. Memory traffic is the misses of
 a simulated cache of the machine's size (`local_store`). Nothing is fitted: each time is the work
-of traced rays at the machine's peak rates, without the setting up of rays and the loops' own
-branches.
+of traced rays, divided by the machine's peak rate. The model ignores the set-up of rays and the
+branches of loops.
 
 A kernel's cost comes from the code of a card's compiler (`loop_costs`). For a machine without a
 compiler, ``compiler`` in ``machines.json`` names the card with the most similar instructions.
@@ -39,8 +39,8 @@ def machines() -> dict[str, Machine]:
 
 @dataclass(frozen=True)
 class Least:
-    """The least seconds per ray on each resource, at its peak rate. The resources work in
-    parallel, and ``waiting`` adds to the slowest."""
+    """The least seconds per ray on each resource, at its peak rate. ``steps`` and ``tests`` are
+    units' times. The resources work in parallel, and ``waiting`` adds to the slowest."""
 
     shader: float = 0.0
     steps: float = 0.0
@@ -61,14 +61,14 @@ class Least:
 
 
 def by_unit(kernel: str, taken: str) -> bool:
-    """Return whether units execute a kernel. ``taken`` names their kernels: "steps" (which
-    traverse), "tests" (which test triangles), "both", or "" for none."""
+    """Return whether units execute a kernel. ``taken`` names the units' kernels: "steps" (kernels
+    that traverse), "tests" (kernels that test triangles), "both", or "" for none."""
     return taken in ("tests" if kernel in TESTS else "steps", "both")
 
 
 def runs(work: Mapping[str, Any], kind: str, width: int = 1) -> float:
-    """Return the runs per ray of the kernels of a ``kind`` ("steps" or "tests"), by groups of
-    ``width`` rays. A stack's push or pop is part of the step before it."""
+    """Return how often groups of ``width`` rays run kernels of a ``kind`` ("steps" or "tests"),
+    per ray. A stack's push or pop counts as part of the step before it."""
     lanes = work["lanes"][str(width)]
     return sum(count for kernel, count in lanes.items()
                if kernel not in WITHIN and by_unit(kernel, kind)) / width / work["count"]
@@ -76,8 +76,8 @@ def runs(work: Mapping[str, Any], kind: str, width: int = 1) -> float:
 
 def instructions_a_ray(work: Mapping[str, Any], costs: Mapping[str, LoopCost], width: int = 1,
                        taken: str = "") -> float:
-    """Return the instructions per ray that groups of ``width`` rays issue, with idle lanes. The
-    kernels ``taken`` cost nothing, because units execute them."""
+    """Return the instructions per ray that groups of ``width`` rays issue, idle lanes included.
+    Kernels ``taken`` by units (`by_unit`) cost nothing."""
     return sum(lanes * costs[kernel].instructions
                for kernel, lanes in work["lanes"][str(width)].items()
                if not by_unit(kernel, taken)) / work["count"]
@@ -91,9 +91,9 @@ def on_card(card: Card, work: Mapping[str, Any], costs: Mapping[str, LoopCost],
     ----------
     card : the card
     work : the work of ``count`` rays. ``runs`` maps a kernel to its runs. ``lanes`` maps a number
-        of rays in a group, then a kernel, to the lanes that groups occupied. ``transfers`` has
-        numbers of cache misses; "8192 16 4" means a cache of 8192 bytes, lines of 16 bytes and 4
-        rays that fetch together
+        of rays in a group, then a kernel, to the lanes that groups occupied. ``transfers`` maps a
+        cache to its misses; the key "8192 16 4" means a cache of 8192 bytes, lines of 16 bytes and
+        4 rays that fetch together
     costs : each kernel's cost by the card's compiler
     units : the units; None for a card without units
     taken : the kernels that the units execute, as for `by_unit`
@@ -117,8 +117,8 @@ def on_prototype(machine: Machine, work: Mapping[str, Any],
                  costs: Mapping[str, LoopCost]) -> Least:
     """Return the time on a machine whose units traverse.
 
-    Units for triangle tests do the tests, and ``costs`` has no effect. Without such units, the
-    machine's shader does the tests, a packet at a time. ``work`` and ``costs`` are as for
+    If the machine has units for triangle tests, these do the tests, and ``costs`` has no effect.
+    Otherwise the machine's shader tests a packet at a time. ``work`` and ``costs`` are as for
     `on_card`.
     """
     each, packet = machine.units * machine.clock, machine.packet
@@ -135,8 +135,8 @@ def on_cell(cell: Machine, work: Mapping[str, Any], costs: Mapping[str, LoopCost
     """Return the time on processors that access only their local store.
 
     Every fetch looks into a software cache in the local store, and every miss is a transfer from
-    memory. Each ray of a packet has a component of the processors' vectors, so a scalar
-    instruction of all its rays is one vector instruction. The rays of a packet fetch together.
+    memory. Each ray of a packet has a component of the processors' vectors, so one vector
+    instruction executes a scalar instruction for all rays. The rays of a packet fetch together.
 
     Parameters
     ----------
@@ -159,8 +159,8 @@ def with_shading(cell: Machine, traced: Least, times: float = 1.0) -> Least:
     """Return the time of tracing a ray and of shading its hit on the same processors.
 
     Shading is the bottleneck on the Cell, because it reads memory at random (survey, section 4.4).
-    So a processor always waits for the transfers of shading. ``times`` multiplies the assumed
-    transfers per hit.
+    The model hides no transfer of shading: a processor waits for each. ``times`` multiplies the
+    assumed transfers per hit.
     """
     transfers = times * cell.shading_transfers
     waited = transfers * cell.latency / (cell.clock * cell.units)

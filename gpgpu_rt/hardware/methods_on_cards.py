@@ -4,8 +4,8 @@ The era form of a method (docs/era.md) is judged by the counts of Mesa's compile
 Today's programs, which no card's compiler accepts, are judged by their targets, tables, loops,
 queries and float textures.
 
-A card may refuse a method that once ran on it: Carr et al. (2002) ran the ray engine in fixed
-point on the Radeon 8500, but this project emulates fixed point in float textures.
+The comparison may refuse a method that once ran on the card: Carr et al. (2002) ran the ray engine
+in fixed point on the Radeon 8500, but this project emulates fixed point in float textures.
 """
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ SIZE = 8   # side of the image in pixels; programs do not depend on it
 
 
 class _Programs(Observer):
-    """Collects every program of a call, by its texts: the program's name (a single kernel's, else
-    the file's), the largest number of render targets of its passes, and the number of texels in
-    the largest table that it reads."""
+    """Collects the programs of a call. ``found`` maps a program's texts to its name (its only
+    kernel's, else its file's), the largest number of render targets of its passes, and the number
+    of texels in the largest table that it reads."""
 
     def __init__(self) -> None:
         self.found: dict[tuple[str, str], tuple[str, int, int]] = {}
@@ -47,7 +47,7 @@ class _Programs(Observer):
 
 def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
                  ) -> dict[tuple[str, str], dict[str, Needs]]:
-    """Return (method, schedule) -> the program's name -> its needs.
+    """Return what each program needs of a card, as (method, schedule) -> program's name -> needs.
 
     Parameters
     ----------
@@ -95,8 +95,8 @@ def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell"
 
 
 def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str], list[Refusal]]:
-    """Return why a card cannot run each method in the era form, with a kernel per pass, or a
-    packet in a loop.
+    """Return why a card cannot run the era form of each method: a kernel per pass, or a loop over
+    packets.
 
     Mesa's compiler for the card counts instructions. R200 and NV25 have no compiler in COMPILERS;
     their counts are those of R300's compiler.
@@ -126,8 +126,8 @@ def _side(texels: int) -> int:
 
 def refusals(card: Card, needs: dict[tuple[str, str], dict[str, Needs]]
              ) -> dict[tuple[str, str], list[Refusal]]:
-    """Return (method, schedule) -> why a card cannot run the method, apart from instructions;
-    empty if the programs exceed no limit."""
+    """Return (method, schedule) -> why a card cannot run the method; empty if no limit is
+    exceeded. Instructions are not compared."""
     return {key: list(dict.fromkeys(reason for one in programs.values()
                                     for reason in card.refuses(one)))
             for key, programs in needs.items()}

@@ -1,12 +1,12 @@
-"""NV40 pairing: the clocks in which a pipe of the GeForce 6800 issues a compiled kernel.
+"""NV40 pairing: counts the clocks in which a pipe of the GeForce 6800 issues a compiled kernel.
 
 A pipe has two units. In a clock, the first unit multiplies, computes a special function or fetches
 a texel, and the second multiplies and adds, or compares. Each unit can split its four components
 between two independent operations, as 3 + 1 or 2 + 2 (E. Kilgariff and R. Fernando, GPU Gems 2,
 chapter 30; tweakers.net 2004-08-21 on 3DCenter's article). Mesa's driver pairs nothing. `clocks`
 schedules the operations of the driver's listing as early as their operands allow. The machine
-model adds the fetches. No source says that the second unit can use a result of the first unit in
-the same clock, so `clocks` does not assume it.
+model adds the clocks of fetches. No source says that the second unit can use a result of the first
+unit in the same clock, so `clocks` does not assume it.
 """
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 FIRST, SECOND = 0, 1
 COMPONENTS = 4      # of a unit
-# SPECIAL: operations of the first unit. EITHER: operations of both units (a copy is a product with
-# 1). The second unit runs all other operations.
+# SPECIAL: operations of the first unit. EITHER: operations of either unit (a copy is a product
+# with 1). The second unit runs all other operations.
 SPECIAL, EITHER = ("RCP", "RSQ", "EX2", "LG2", "SIN", "COS"), ("MUL", "MOV")
 _LINE = re.compile(r"^\s*\d+: *(\w+) ([A-Z]+\[\d+\])(?:\.([xyzw]+))?, (.*)$", re.M)
 _OPERAND = re.compile(r"([A-Z]+\[\d+\](?:\[\d+\])?)(?:\.([xyzw]+))?")
@@ -44,8 +44,8 @@ class ListedOperation:
 
 
 def operations(listing: str) -> list[ListedOperation]:
-    """Return the operations of NV40's listing. A selection becomes three, as in Mesa's driver: a
-    copy that sets the condition, a copy, and a conditional copy."""
+    """Return the operations of NV40's listing. A selection (CMP) becomes three operations, as in
+    Mesa's driver: a copy that sets the condition, a copy, and a conditional copy."""
     found = []
     for name, register, mask, operands in _LINE.findall(listing):
         mask = mask or "xyzw"
@@ -90,7 +90,7 @@ def clocks(listing: str) -> int:
         start = max([ready.get(name, 0) for name in one.reads | one.writes]
                     + [last_read.get(name, 0) for name in one.writes], default=0)
         if one.name == FETCH:
-            at = start      # in a clock that the machine model counts
+            at = start      # the machine model counts the fetch's own clock
         else:
             at = next(clock for clock in range(start, start + 10_000)
                       if _issue(one, clock, used))
@@ -103,7 +103,7 @@ def clocks(listing: str) -> int:
 
 
 def _issue(one: ListedOperation, clock: int, used: dict[tuple[int, int], list[int]]) -> bool:
-    """Put the operation into a unit with free components in this clock, if there is one."""
+    """Try to issue the operation in this clock. Return whether a unit had free components."""
     units = ((FIRST,) if one.name in SPECIAL else (FIRST, SECOND) if one.name in EITHER
              else (SECOND,))
     for unit in units:

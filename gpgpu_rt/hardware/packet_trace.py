@@ -1,8 +1,8 @@
-"""Packet trace: the kernels that a packet of kd-packet runs in a loop, from a trace of its steps.
+"""Packet trace: derives the kernels that kd-packet runs in a loop from a trace of its steps.
 
-Under ``step``, kd-packet's kernel `traverse` includes the push, and `leave` the pops. In the loop
-on R580, `push` and `pop` are kernels (glsl/methods/kdtree/kd_packet_era.glsl), and packets that
-branch together skip `push` if none of them pushes.
+Under ``step``, kd-packet's kernel `traverse` includes the push, and its kernel `leave` the pops.
+In the loop on R580, `push` and `pop` are kernels (glsl/methods/kdtree/kd_packet_era.glsl): packets
+that branch together skip `push` if none of them pushes.
 """
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def in_loop(trace: KernelTrace, stack: bool) -> KernelTrace:
 
 
 def with_more_runs(trace: KernelTrace, more: Mapping[str, np.ndarray]) -> KernelTrace:
-    """Return the trace with more kernels, which follow steps of the trace.
+    """Return the trace with runs of more kernels inserted after its steps.
 
     Parameters
     ----------
@@ -68,5 +68,5 @@ def with_more_runs(trace: KernelTrace, more: Mapping[str, np.ndarray]) -> Kernel
 
 
 def _next(values: np.ndarray) -> np.ndarray:
-    """Return each step's value in the next step, or 0."""
+    """Return, for each step, the value of the next step; 0 for the last step."""
     return np.concatenate([values[1:], np.zeros_like(values[:1])])

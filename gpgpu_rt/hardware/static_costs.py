@@ -59,10 +59,10 @@ class StaticCost:
     ----------
     card, method, kernel : Names.
     arithmetic : Arithmetic instructions as the card issues them. R300 to R580 issue a vector and a
-        scalar operation together, which count once. NV40's driver pairs nothing, so
-        each instruction counts.
-    vector, scalar : Numbers of vector and of scalar operations, or 0 where the driver does not
-        tell them apart.
+        scalar operation as one instruction. NV40's driver pairs no operations, so each operation
+        is an instruction.
+    vector, scalar : Numbers of vector and of scalar operations, or 0 if the driver does not
+        distinguish them.
     fetches : Texture fetches.
     levels : Levels of texture indirection. A fetch is one level above the fetches on which its
         coordinates depend.
@@ -129,8 +129,8 @@ def packet_methods() -> list[str]:
 
 def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
                  **options: Any) -> tuple[EraProgram, ...]:
-    """Return the kernels of a method in the era form, in the dialect of the cards. The last
-    program of packets is the whole loop.
+    """Return the kernels of a method in the era form, in the dialect of the cards. For packets,
+    the last program is the whole loop.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def _programs(method: str, any_hit: bool, in_loop: bool,
         resolved = row.resolved(dict(options))
         return tuple(_program(method, kernel) for kernel in (
             *packet_kernels(row, resolved, any_hit), packet_loop(row, resolved, any_hit)))
-    # Choose a chip with fp32, whose kernels do not round. A card rounds by its own arithmetic.
+    # Choose a chip with fp32: its kernels do not emulate rounding, which a card does by itself.
     resolved = row.resolved({**dict(options), "era": "nv40"})
     defines = {name: value for name, value in DEFINES.items() if name not in row.defines(resolved)}
     kernels = era_kernels(row.formed(resolved), resolved, any_hit, defines, in_loop)
@@ -168,8 +168,8 @@ def _program(method: str, kernel: EraKernel) -> EraProgram:
 
 
 def all_era_programs() -> list[EraProgram]:
-    """Return the kernels of every method with an era form, for nearest and for any hits: with
-    default options and SETTINGS, as passes and loops; then those of PACKETS."""
+    """Return the programs of every method with an era form, for nearest hits and for any hits.
+    Default options and SETTINGS come first, as passes and in loops; then PACKETS."""
     chosen = [*((name, {}) for name in era_methods()), *SETTINGS]
     return [program for some, forms in ((chosen, (False, True)), (PACKETS, (True,)))
             for name, options in some for any_hit in (False, True) for in_loop in forms

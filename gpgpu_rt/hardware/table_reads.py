@@ -1,7 +1,7 @@
-"""Table reads: finds from a trace of kernels the addresses of the table texels that rays fetch.
+"""Table reads: finds the addresses of the table texels that rays fetch, from a trace of kernels.
 
-The state that a kernel reads names the record: the node to visit, or the position in a list of
-triangles. The trace has both (``FIELDS``), so fetches need not be observed.
+A ray's state names the record that its next kernel reads: the node to visit, or the position in a
+list of triangles. The trace has both (``FIELDS``), so fetches need not be observed.
 """
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def _places(records: tuple[Record, ...], index: Mapping[str, np.ndarray],
     at = index["cursor" if TRIANGLE in records else "node"]
     for record in records:
         if record.name not in tables:
-            continue        # a BVH's cursor is a row of the triangle table itself
+            continue        # without references, a BVH's cursor is a row of the triangle table
         (plane,) = record.planes
         texel_bytes = plane.components * np.dtype(plane.dtype).itemsize
         for texel in range(plane.texels):

@@ -1,8 +1,8 @@
-"""Trace: the kernel that each ray runs in each step, recorded from real passes.
+"""Trace: records the kernel that each ray runs in each step, from real passes.
 
 Under the schedule ``step``, every pass runs one step of each ray, and the phase in a ray's state
-names the kernel of the next step. The phases determine the work and the waiting of any group of
-pixels that branch together (issue.py).
+names the kernel of the next step. From the phases, issue.py computes how often groups of pixels
+issue each kernel.
 """
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ class KernelTrace:
     Attributes
     ----------
     kernels : names of the method's kernels; kernel number k has the name ``kernels[k - 1]``
-    steps : (n, h, w) uint8, the number of the kernel that each ray runs in each step, or FINISHED
-        from its end on
-    fields : name of a field of the state -> (n, h, w) int32, its value before each step
+    steps : (n, h, w) uint8, the number of the kernel that each ray runs in each step; FINISHED
+        after the ray's last step
+    fields : name of a field of the state -> (n, h, w) int32, the field's value before each step
     """
 
     kernels: tuple[str, ...]
@@ -51,7 +51,7 @@ class KernelTrace:
 
     def totals(self) -> Mapping[str, int]:
         """Return the runs of each kernel, summed over all rays."""
-        # Count by steps: a long trace needs gigabytes in any type but uint8.
+        # Count step by step: converted to a larger type as a whole, a trace may need gigabytes.
         counts = sum((np.bincount(step.reshape(-1), minlength=len(self.kernels) + 1)
                       for step in self.steps), np.zeros(len(self.kernels) + 1, np.int64))
         return {name: int(counts[number]) for number, name in enumerate(self.kernels, 1)}
@@ -86,7 +86,7 @@ def record_trace(tracer: Tracer, size: tuple[int, int], trace: Callable[[], obje
     def take(one: ObservedPass) -> None:
         assert isinstance(one.target, Target)
         if packets and HIT.name in one.target.records:
-            return      # a pass over rays; another writes the packets' states
+            return      # a pass over rays; another pass writes the packets' states
         states = {name: texels[:size[0] * size[1]].reshape(size)
                   for name, texels in one.target.fields(state).items()
                   if name == "phase" or name in fields}
@@ -99,7 +99,7 @@ def record_trace(tracer: Tracer, size: tuple[int, int], trace: Callable[[], obje
 
     with observe_states(tracer, take):
         trace()
-    # The host looks for live rays every few passes, so the last passes may run no ray.
+    # The host looks for live rays only every few passes, so the last passes may run no ray.
     while found and not found[-1].any():
         found.pop()
     steps = np.stack(found) if found else np.zeros((0, *size), np.uint8)

@@ -1,10 +1,10 @@
-"""Warp packets: the walk of a warp's packet of 32 rays, from the traces of smaller packets.
+"""Warp packets: estimates the walk of a warp's packet of 32 rays from traces of small packets.
 
 Packets of this project have at most 4x4 rays. In Günther et al. 2007 and Popov et al. 2007, each
-warp traced a packet of 32 rays. A packet visits a node if any of its rays needs it, so the larger
-packet visits the union of its parts' nodes. A node counts as often as in the part that visits it
-most often. The result is a lower bound: the larger packet may find a hit later than one of its
-parts, and a later hit prunes less.
+warp traced a packet of 32 rays. A packet visits a node if any of its rays needs the node, so the
+large packet visits all nodes that its parts (the small packets) visit. A node counts as often as
+in the part that visits it most. The result is a lower bound: the large packet may find a hit later
+than one of its parts, and a later hit prunes less.
 """
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def growth(trace: KernelTrace, packet: tuple[int, int],
     ----------
     trace : a trace of packets of a BVH or kd-tree under the schedule ``step``, with the fields of
         ``places``
-    packet : (width, height) of these packets in rays
+    packet : (width, height) of the traced packets in rays
     places : kernel -> the field that names the node, or the position in a list of triangles, that
         the kernel visits
     """

@@ -11,7 +11,7 @@ from ..errors import ShaderError
 _DIRECTIVE = re.compile(r"\s*#\s*(?P<word>\w+)(?P<rest>.*)")
 _DEFINE = re.compile(r"\s*(?P<name>\w+)(?P<parameters>\([^)]*\))?(?P<value>.*)")
 _TOKEN = re.compile(r"\s*(?:(\w+)|(&&|\|\||[=!<>]=|[-+*/%<>!()]))")
-_MOST_EXPANSIONS = 100      # in a condition; a macro that names itself expands without end
+_MOST_EXPANSIONS = 100      # per condition: a macro that names itself would expand forever
 
 # operator -> (precedence, function)
 _OPERATORS: Mapping[str, tuple[int, Callable[[int, int], int]]] = {
@@ -29,8 +29,8 @@ class _Group:
     Attributes
     ----------
     start : number of lines kept before the ``#if``
-    in_force : whether the present branch is compiled
-    decided : whether a branch was compiled, so that later branches are not
+    in_force : whether the branch being read is compiled
+    decided : whether a branch was compiled, so that later branches are skipped
     """
 
     start: int
@@ -39,8 +39,8 @@ class _Group:
 
 
 def lines_in_force(lines: Sequence[str], defined: Collection[str] = ()) -> list[int]:
-    """Return the indices of the lines that a compiler sees, without the conditionals. The comment
-    directly above a conditional without compiled lines is omitted, too.
+    """Return the indices of the lines that a compiler sees, without conditional directives. If no
+    line of a conditional is compiled, the comment directly above it is omitted, too.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ class _Expression:
         return self._tokens.pop(0)
 
     def _operation(self, least: int) -> int:
-        """Evaluate an operand and the next operators of at least this precedence."""
+        """Evaluate an operand and the following operators of precedence ``least`` or higher."""
         left = self._operand()
         while self._tokens and _OPERATORS.get(self._tokens[0], (0,))[0] >= least:
             level, compute = _OPERATORS[self._tokens.pop(0)]

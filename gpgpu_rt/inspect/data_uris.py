@@ -1,4 +1,4 @@
-"""Data URIs: pictures inside a page."""
+"""Data URIs: embeds pictures in a page."""
 from __future__ import annotations
 
 import base64
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from PIL import Image
 
-# Largest chart, about 100 MB decoded. A file may declare any size.
+# Largest picture to decode, about 100 MB. A file may declare any size.
 MOST_PIXELS = 1 << 25
 DESCRIPTION = "Description"     # key of the describing text in a PNG file
 
@@ -68,7 +68,7 @@ def _opened(path: Path) -> Image.Image:
 
 
 def image_tag(uri: str, text: str, attributes: str = "") -> str:
-    """Return an HTML image element with further ``attributes``, and a ``text`` for readers who
-    cannot see the picture."""
+    """Return an HTML image element with further ``attributes``. ``text`` is for readers who cannot
+    see the picture."""
     more = f" {attributes}" if attributes else ""
     return f'<img src="{uri}" alt="{html.escape(text, quote=True)}" loading="lazy"{more}>'

@@ -118,7 +118,7 @@ def _mark_reached(declarations: Sequence[Declaration]) -> None:
             one.is_used = True
             words.update(_WORD.findall(one.bare))
             pastes.update(_PASTE.findall(one.bare))
-        # A pasting macro's parameter may be any word of the program.
+        # Any word of the program may be the argument that a macro pastes with ##.
         made = {text for a, b in pastes for word in words for text in (word + b, a + word)}
         fresh = [one for one in declarations if not one.is_used and one.names & (words | made)]
 

@@ -1,4 +1,4 @@
-"""False colours: numbers, states and names as pixels, with legends. Needs numpy and Pillow."""
+"""False colours: draws numbers, states and names as pixels, with legends, by numpy and Pillow."""
 from __future__ import annotations
 
 import math
@@ -31,15 +31,15 @@ def ramp(values: np.ndarray) -> np.ndarray:
 
 
 def palette(pictures: Sequence[np.ndarray]) -> Image.Image:
-    """Return an image whose palette ``Image.quantize`` accepts: 256 colours for all ``pictures``,
-    (h, w, 3) uint8 of the same size. The colours of phases and text, and 42 colours of the ramp,
-    are exact."""
+    """Return an image with a palette of 256 colours for all ``pictures``, (h, w, 3) uint8 of the
+    same size, for use by ``Image.quantize``. The colours of phases and text, and 42 colours of the
+    ramp, are exact."""
     exact = np.concatenate([_CATEGORIES, [OVER, STOPPED, FULL, NOTHING, PAPER, INK],
                             ramp(np.linspace(0, 1, 42))])
     all_of_them = Image.fromarray(np.concatenate(pictures)).quantize(256 - len(exact))
     found = np.reshape(all_of_them.getpalette(), (-1, 3)).astype(int)
-    # Drop colours close to a legend's colour, which could replace it: Pillow groups similar
-    # colours when it searches the palette.
+    # Drop colours close to an exact colour: Pillow groups similar colours when it searches the
+    # palette, and could use the close colour.
     apart = np.abs(found[:, None] - exact[None].astype(int)).max(2).min(1) > 8
     made = Image.new("P", (1, 1))
     made.putpalette(np.concatenate([exact, found[apart]])[:256].ravel().tolist())
@@ -47,7 +47,7 @@ def palette(pictures: Sequence[np.ndarray]) -> Image.Image:
 
 
 def category(number: int) -> tuple[int, int, int]:
-    """Return the colour of a phase: 0 is done, above 0 waits for a kernel, below 0 stopped."""
+    """Return the colour of a phase: 0 is done, above 0 waits for a kernel, below 0 is stopped."""
     if number <= 0:
         return {0: OVER, -1: STOPPED}.get(number, FULL)
     return tuple(int(c) for c in _CATEGORIES[(number - 1) % len(_CATEGORIES)])
@@ -55,7 +55,7 @@ def category(number: int) -> tuple[int, int, int]:
 
 def scrambled(numbers: np.ndarray) -> np.ndarray:
     """Return colours, (n, 3) uint8, of integers, (n,), or of integer vectors, (n, 3). Equal
-    numbers have equal colours, and neighbouring numbers different colours."""
+    numbers have equal colours. Neighbouring numbers have different colours."""
     numbers = np.atleast_2d(np.asarray(numbers, np.int64).T).astype(np.uint32)
     mixed = np.zeros(numbers.shape[1], np.uint32)
     for part, factor in zip(numbers, (2654435761, 2246822519, 3266489917)):

@@ -1,4 +1,4 @@
-"""Film frames: the passes that a film shows, with about the same progress between frames."""
+"""Film frames: chooses the passes that a film shows, with similar progress between frames."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -7,8 +7,8 @@ from collections.abc import Sequence
 class EvenLoss:
     """Chooses passes by their live rays, one pass after another.
 
-    Most rays of a trace end within few passes, and most passes run only for the few other rays.
-    Therefore a frame is due whenever an equal share of the first pass's live rays has ended.
+    Most rays of a trace end within few passes, and most passes run only for the few rays left.
+    Therefore a frame is due whenever a fixed share of the first pass's live rays has ended.
 
     Parameters
     ----------
@@ -34,8 +34,8 @@ class EvenLoss:
         return True
 
     def is_replaced(self, count: int, live: int, at_end: int) -> bool:
-        """Return whether the trace's last pass replaces the last chosen pass: there is no space
-        for both, or no ray has ended between them. Otherwise it becomes a further frame.
+        """Return whether the trace's last pass replaces the last chosen pass: no frame is left for
+        both, or no ray has ended between them. Otherwise the last pass is one more frame.
 
         Parameters
         ----------

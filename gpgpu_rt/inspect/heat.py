@@ -1,4 +1,4 @@
-"""Heat maps: the cost of each pixel's ray, for several methods on one scale."""
+"""Heat maps: draws the cost of each pixel's ray, for several methods on one scale."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ class Heat:
 
     Attributes
     ----------
-    title : the method, and for the count "passes" also the schedule
+    title : the method; for the count "passes", the method and the schedule
     values : (height, width) int, the cost of each ray
     """
 

@@ -1,4 +1,4 @@
-"""Observe: call a function after each pass of a tracer, or each pass that draws ray states."""
+"""Observe: calls a function after each pass, or only after each pass that draws ray states."""
 from __future__ import annotations
 
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Pictures of every pass: each ray's phase, position in the structure, and hit so far."""
+"""Pass pictures: draws, after each pass, each ray's phase, position and nearest hit so far."""
 from __future__ import annotations
 
 import json
@@ -45,7 +45,7 @@ def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int
     ----------
     folder : made if it does not exist
     size : (width, height) pixels
-    every : passes between pictures. The first and the last pass are always drawn
+    every : number of passes from one picture to the next. The first and last pass are always drawn
     states : whether to write states too
     camera : by default the scene's own camera
     most : approximate number of pictures if ``every`` is None
@@ -128,7 +128,7 @@ def _listed(folder: Path) -> set[str]:
 
 @contextmanager
 def _room(folder: Path) -> Iterator[None]:
-    """Make the folder if it is missing. If the block fails, remove a new folder that is empty."""
+    """Make the folder if it is missing. If the block fails, remove the folder if new and empty."""
     is_new = not folder.exists()
     try:
         folder.mkdir(exist_ok=True)

@@ -1,4 +1,4 @@
-"""Places: the nodes or cells that ray states name, with their boxes and decoded records."""
+"""Places: finds the nodes or cells that ray states name, their boxes and decoded records."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -42,7 +42,7 @@ class Places:
             self.count = 0
 
     def numbers(self, state: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return each ray's place, (n,) int64, or -1."""
+        """Return each ray's place, (n,) int64; -1 for no place."""
         phase = state["phase"]
         if not self.kind:
             return np.full(len(phase), -1)
@@ -55,7 +55,7 @@ class Places:
         return np.where(inside & (phase > 0), at, -1)
 
     def boxes(self, numbers: np.ndarray) -> np.ndarray:
-        """Return the lower and upper corners of places, (k, 2, 3) float64."""
+        """Return the lower and upper corners of k places, (k, 2, 3) float64."""
         if self.kind != "cell":
             return self._boxes[numbers]
         grid = self._grid
@@ -64,8 +64,8 @@ class Places:
         return np.stack([lo, lo + grid.cell_size], axis=1).astype(np.float64)
 
     def records(self, number: int) -> Decoded:
-        """Return a place's records as the textures hold them: record -> field -> value, from the
-        tables with a record per place, other than tables of triangles."""
+        """Return a place's records, decoded from the textures: record -> field -> value. They come
+        from tables with a record per place. Tables of triangles are ignored."""
         tracer, session = self._tracer, self._tracer.session
         found: Decoded = {}
         for record in tracer.method.tables_for(tracer.options):

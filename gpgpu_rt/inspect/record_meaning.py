@@ -1,4 +1,4 @@
-"""The meaning of records: the text below a record's declaration in Python."""
+"""Record meaning: finds the text below a record's declaration in Python."""
 from __future__ import annotations
 
 import ast
@@ -16,8 +16,8 @@ def meaning(record: Record) -> dict[str, str]:
     Returns
     -------
     dict
-        the record's name in Python -> the text below its declaration, and the same for each record
-        that a text names. Empty for a record that no module declares
+        name in Python -> the text below the declaration, for the record and for each record that
+        such a text names. Empty if no module declares the record
     """
     found: dict[str, str] = {}
     texts = _texts()

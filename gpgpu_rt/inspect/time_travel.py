@@ -1,8 +1,8 @@
-"""Time travel: the state of every ray after every pass.
+"""Time travel: shows the state of every ray after every pass.
 
 Under ``kernels``, a pass draws only the rays that wait for its kernel into one of two buffers, so
-the texels of other rays hold older states. A ray's number of steps never decreases: of the states
-before and after a pass, the state with more steps is newer.
+the texels of other rays hold older states. A ray's number of steps never decreases. So of a ray's
+states before and after a pass, the state with more steps is newer.
 """
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from ..traversal.packet_steps import PacketSteps
 from .observe import observe_states
 
 Fields = dict[str, np.ndarray]
-INTERSECT = 2    # the phase of packets at a leaf, whose rays a separate pass tests
+INTERSECT = 2    # the phase of packets at a leaf; a separate pass tests their rays
 ENDS = {DONE: "done", UNFINISHED: "stopped by the step cap", OVERFLOWN: "stack full"}
 
 
@@ -112,8 +112,8 @@ def _one_pass(tracer: Tracer) -> str:
 
 
 def watchable_relatives(method: Method) -> list[str]:
-    """Return the family's methods whose passes can be observed. If some of them use stacks and
-    packets as ``method`` does, return only these."""
+    """Return the methods of the same family whose passes can be observed. If some of them use
+    stacks and packets as ``method`` does, return only these."""
     family = [row for row in methods() if family_of(row.name) == family_of(method.name)
               and {"step", "kernels"} & set(row.schedules)]
     alike = [row for row in family if (row.stack, row.packet) == (method.stack, method.packet)]
@@ -155,7 +155,7 @@ class _StateRecorder:
         self.number = 0
 
     def take(self, one: ObservedPass) -> None:
-        """Merge a pass's states."""
+        """Merge a pass's states with older states."""
         kernel, target = one.kernel, one.target
         assert isinstance(target, Target)
         if self.packets and HIT.name not in target.records:
@@ -179,8 +179,8 @@ class _StateRecorder:
         self._show(kernel, served)
 
     def _newer_rays(self, kernel: str, state: Fields) -> np.ndarray:
-        """Return which rays a pass has changed; its target may hold older states of other rays.
-        The era form counts no steps, but its passes run all rays that wait for their kernel."""
+        """Return which rays a pass has changed. The target may hold older states of other rays.
+        The era form counts no steps, but its passes run all rays that wait for the kernel."""
         if "steps" in state:
             return state["steps"] > self.state["steps"]
         return self.state["phase"] == self.numbers[kernel]

@@ -1,4 +1,4 @@
-"""Traced programs: every program that a trace compiles, with its name and its text."""
+"""Traced programs: lists the programs that a trace compiles, with their names and texts."""
 from __future__ import annotations
 
 import re
@@ -15,7 +15,7 @@ from ..scene.scene import Scene
 from ..tracer import Tracer
 from .program_text import files_of, heading, program_text, titled
 
-SCENE = "cornell"       # default scene; programs depend on its tree's depth and tables
+SCENE = "cornell"       # default scene; programs depend on the scene's tree and tables
 SIDE = 8                # side of the picture in pixels; no effect on programs
 _TRIANGLE_TEST = "glsl/core/triangle.glsl"
 _INCLUDE = re.compile(r'^#include "([^"]+)"', re.M)
@@ -53,7 +53,7 @@ class TracedProgram:
 
 def traced_programs(method: str, options: Mapping[str, Any] | None = None,
                     scene: Scene | str = SCENE) -> list[TracedProgram]:
-    """Return the programs that a trace of eye rays by a method compiles.
+    """Return the programs that a method compiles to trace eye rays.
 
     Programs that traverse come first, vertex programs last.
 
@@ -79,7 +79,7 @@ def traced_programs(method: str, options: Mapping[str, Any] | None = None,
     texts = [program_text(one.fragment, extensions) for one in unique]
     own = {heading(glsl), _TRIANGLE_TEST}
     if not any(heading(glsl) in files_of(text) for text in texts):
-        # The method's file only includes the files that traverse.
+        # The method's file traverses only by the files that it includes.
         own |= {heading(file) for file in _INCLUDE.findall((ROOT / glsl).read_text())}
     rows = []
     for one, text in zip(unique, texts):
@@ -128,7 +128,7 @@ def _switches(one: Compilation) -> str:
 
 
 def _only_starts(one: Compilation) -> bool:
-    """Return whether a program only sets up rays, beside a program that may traverse."""
+    """Return whether a program only sets up rays. Another program may then traverse."""
     return bool(one.defines.get("START")) and not one.defines.get("MANY_STEPS")
 
 

@@ -81,7 +81,7 @@ def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
 
 
 def methods() -> list[Method]:
-    """All rows of the table: the survey's methods in the survey's order, then users' methods."""
+    """All rows of the table: the methods in the order of Hachisuka's survey, then users' own."""
     _load_named()
     return list(_TABLE.values())
 

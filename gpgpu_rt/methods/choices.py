@@ -92,7 +92,7 @@ class Choices:
         Raises
         ------
         OptionError
-            if a choice has no such option, or another value for it, outside ``PASSING``
+            if an option outside ``PASSING`` is missing in a choice, or has another value there
         """
         return Choices(*(replace(choice, options=_added(choice.options, options, where))
                          for choice in (self.coherent, self.incoherent)))

@@ -160,7 +160,7 @@ def _check_kinds(row: Method, where: str) -> None:
 
 
 def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
-    """Wrap the row's ``prepare``: check its Accelerator, and make other exceptions MethodErrors.
+    """Wrap the row's ``prepare``: check its Accelerator, turn other exceptions into MethodErrors.
 
     The message has a single line. With the environment variable GPGPU_RT_TRACEBACK, the command
     line also prints the traceback.

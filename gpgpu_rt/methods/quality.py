@@ -18,8 +18,8 @@ def sah_cost(structure: Structure, *, traversal_cost: float = 1.0,
              intersection_cost: float = 1.0) -> float:
     """The expected cost of a random line that crosses the scene's box and hits nothing.
 
-    A node (or cell) costs `traversal_cost`, plus `intersection_cost` for each of its triangles,
-    weighted by its surface area relative to the scene's box.
+    A node (or cell) costs `traversal_cost`, plus `intersection_cost` for each of its triangles.
+    A node's weight is its surface area relative to the scene's box.
     """
     return _cost(_areas(structure), traversal_cost, intersection_cost)
 

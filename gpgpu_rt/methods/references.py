@@ -37,7 +37,7 @@ class CitedWork:
 
     Attributes
     ----------
-    key : the work's name in the file, which ends with the year, and a letter if needed
+    key : the work's name in the file, such as "arvo1987"; a letter may follow the year
     authors : initials and surname of each author
     venue : journal, conference or school, with the volume
     year : None if the work has no year, such as the survey itself
@@ -68,7 +68,7 @@ class CitedWork:
             f"section{'s' * (len(self.sections) > 1)} {', '.join(self.sections)}")
 
     def written_by(self, names: list[str], more: bool) -> bool:
-        """Whether a citation with these surnames, perhaps followed by "et al.", names the work."""
+        """Return whether a citation by these names, with "et al." if ``more``, means this work."""
         if len(names) + more > len(self.surnames) or more and len(self.surnames) < 3:
             return False
         return (more or len(names) == len(self.surnames)) and all(
@@ -77,20 +77,20 @@ class CitedWork:
 
 @functools.cache
 def works() -> dict[str, CitedWork]:
-    """All works by key, in the file's order."""
+    """Return all works by key, in the file's order."""
     file = importlib.resources.files("gpgpu_rt.figures") / "published" / "references.bib"
     return {work.key: work for work in map(_work, re.split(
         r"^(?=@)", file.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:])}
 
 
 def find_work(citation: str) -> CitedWork | None:
-    """The work of a citation such as "Horn et al. 2007"; None if unknown or several works."""
+    """Return the work of a citation such as "Horn et al. 2007"; None unless it names one work."""
     found = [work for _, work in citations(citation)]
     return found[0] if len(found) == 1 else None
 
 
 def reference(citation: str) -> str:
-    """The full citation, and where the survey discusses the work; or ``citation`` if unknown."""
+    """Return the full citation and the survey's sections; or ``citation`` if it is unknown."""
     work = find_work(citation)
     if work is None:
         return citation
@@ -98,9 +98,9 @@ def reference(citation: str) -> str:
 
 
 def citations(text: str) -> list[tuple[str, CitedWork | None]]:
-    """The citations in a text: the text of each citation, and its work or None.
+    """Return the citations in a text: the words of each citation, and its work or None.
 
-    Other words before a year, such as a conference's name, are a citation without a work.
+    Other names before a year, such as a conference's name, count as a citation without a work.
     """
     text = re.sub(r"\s+", " ", text)
     found = [(at.start(), at[0], _titled(at[1])) for at in _BY_TITLE.finditer(text)]
@@ -112,20 +112,20 @@ def citations(text: str) -> list[tuple[str, CitedWork | None]]:
 
 
 def cited(text: str) -> list[CitedWork]:
-    """The works that a text cites, each once, sorted by the first author and then by the key."""
+    """Return the works that a text cites, each once, sorted by first author and then by key."""
     found = {work.key: work for _, work in citations(text) if work is not None}
     return sorted(found.values(), key=lambda work: (_plain(work.surnames[0]), work.key))
 
 
 def _titled(title: str) -> CitedWork | None:
-    """The work whose title is, or begins with, ``title``."""
+    """Return the work whose title is, or begins with, ``title``."""
     asked = _plain(title)
     return next((work for work in works().values() if _plain(work.title).startswith(asked)), None)
 
 
 def _authored(names: str, year: str) -> CitedWork | None:
-    """The work of these authors and this year, preferably without a letter if ``year`` has none.
-    """
+    """Return the only work of these authors and this year, or None. A year without a letter
+    prefers a work without a letter."""
     more = names.endswith(" et al.")
     surnames = [re.sub(r"['’]s$", "", name).split(" ")[-1].split(".")[-1]
                 for name in re.split(_AND, names.removesuffix(" et al."))]
@@ -159,12 +159,12 @@ def _venue(kind: str, fields: dict[str, str]) -> str:
 
 
 def _plain(text: str) -> str:
-    """The letters and digits of a text, without accents and in lower case."""
+    """Return the letters and digits of a text, without accents and in lower case."""
     bare = unicodedata.normalize("NFKD", text)
     return "".join(c for c in bare if c.isalnum() and not unicodedata.combining(c)).lower()
 
 
 def _spellings(name: str) -> set[str]:
-    """The ways to write a surname without accents: Möller is Moller and Moeller."""
+    """Return the spellings of a surname without accents: Moller and Moeller for Möller."""
     return {_plain(name), _plain(name.translate(str.maketrans(
         {"ä": "ae", "ö": "oe", "ü": "ue"})))}

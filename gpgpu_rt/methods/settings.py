@@ -25,10 +25,10 @@ from .choices import COHERENT, INCOHERENT, PASSING, RAYS, Choice, Choices
 FORMAT = 2
 ONE_CHOICE = 1    # the older format, which has one choice for all rays
 # The choices for a scene that was not tuned. Their hits equal the hits of every other exact choice
-# to the bit, and they are never much slower than the fastest choice. Packets trace eye and shadow
-# rays faster than single rays, but incoherent rays more slowly (docs/notes/schedules.md);
-# docs/notes/bvh.md has the gain of entry points. The interval test is off, because mirror rays
-# also count as coherent, and it makes their packets slower than single rays.
+# to the bit, and the choices are never much slower than the fastest. Packets trace eye and shadow
+# rays faster than single rays do, but incoherent rays more slowly (docs/notes/schedules.md).
+# docs/notes/bvh.md reports the gain of entry points. The interval test is off, because mirror rays
+# also count as coherent, and the test makes their packets slower than single rays.
 SAFE_DEFAULT = {
     COHERENT: ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16,
                               "entry_points": 32}),
@@ -37,7 +37,7 @@ SAFE_DEFAULT = {
 
 @dataclass(frozen=True)
 class Settings:
-    """Choices, with the scene and the renderer that they were measured on.
+    """Choices, and the scene and the renderer on which the choices were measured.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class Settings:
 
 
 def describe(scene: Scene) -> dict[str, Any]:
-    """The scene's name, its number of triangles, and the SHA-256 of their float32 coordinates."""
+    """Return the scene's name, its number of triangles, and the SHA-256 of the triangles."""
     return {"name": scene.name, "triangles": len(scene),
             "sha256": hashlib.sha256(scene.triangles).hexdigest()}
 
@@ -118,7 +118,7 @@ def store(settings: Settings) -> Path | None:
 
 
 def find(scene: Scene, renderer: str) -> Settings | None:
-    """The cached settings for a scene and a renderer; None, after a warning if they are unusable.
+    """Return the cached settings for a scene and a renderer, or None. Warn of unusable settings.
     """
     path = _path(describe(scene)["sha256"], renderer)
     try:
@@ -135,12 +135,12 @@ def find(scene: Scene, renderer: str) -> Settings | None:
 
 def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
               ) -> tuple[Choices, Settings | None]:
-    """The choices of ``method="auto"``, and the settings from which they come, or None.
+    """Return the choices of ``method="auto"``, and the settings from which they come, or None.
 
     The choices come from cached settings that agree with the caller's options, else from
-    SAFE_DEFAULT with the caller's options added. A default for coherent rays that does not accept
-    the options loses its entry points, and after that is replaced by the default for incoherent
-    rays.
+    SAFE_DEFAULT with the caller's options added. If the default for coherent rays does not accept
+    the options, its entry points are dropped. If that does not suffice, the default for incoherent
+    rays serves both.
     """
     found = find(scene, renderer)
     if found is not None:
@@ -212,7 +212,7 @@ def _choice(entries: dict[str, Any], where: str, prefix: str) -> Choice:
         known = Choice(entries["method"], given).resolved()[1]
     except OptionError as failure:
         raise SettingsError(f"{where}: {prefix}options: {failure}") from None
-    # JSON has no tuples: take the tuple of `known` for a list.
+    # JSON has no tuples: replace a list by the tuple of `known`.
     own = {name: known[name] if isinstance(value, list) else value
            for name, value in given.items()}
     return Choice(**{**entries, "options": own})

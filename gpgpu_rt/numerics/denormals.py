@@ -1,7 +1,7 @@
 """Denormals: a decorator that makes the host's arithmetic keep denormal numbers.
 
-A library in the same process may make the processor flush denormal numbers to 0. The ends of
-intervals and the t of hits may be denormal, so a hit could be lost.
+A library in the same process may make the processor flush denormal numbers to 0. An interval's end
+or a hit's t may be denormal, so flushing could lose a hit.
 """
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def keeps_denormals(function: Callable[Given, Made]) -> Callable[Given, Made]:
 
 
 def _default_state(library: ctypes.CDLL) -> object:
-    """Return FE_DFL_ENV of C's <fenv.h>, which is no symbol in most C libraries."""
+    """Return FE_DFL_ENV of C's <fenv.h>: the pointer -1 in most C libraries."""
     if sys.platform == "darwin":
         return ctypes.byref(ctypes.c_char.in_dll(library, "_FE_DFL_ENV"))
     return ctypes.c_void_p(-1)

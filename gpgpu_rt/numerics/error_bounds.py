@@ -17,7 +17,7 @@ so that the direction is largest in z:
 2. ``A = V - O``: ``|A - a| <= u |a| + 3 tiny`` (two inputs and a result may be flushed).
 3. ``S = d.x / d.z`` with ``|s| <= 1``: ``|S - s| <= u |s| + 4 tiny`` (1 / |d.z| is at most 2).
 4. The sheared vertex ``P = A.x - S A.z``. The product contains the roundings of S, of A.z and of
-   the product, and the subtraction adds a fourth:
+   the product, and the subtraction adds a fourth rounding:
    ``|P - p| <= (1 + u) (u |a.x| + gamma(3) |s a.z| + 8 tiny (1 + |a.z|)) + u |p| + tiny``.
 5. An edge function ``W = P.x Q.y - P.y Q.x`` of two sheared vertices P and Q with errors e and f.
    The errors of P.x and Q.y change the first product by at most ``e.x |q.y| + |p.x| f.y + e.x
@@ -26,22 +26,22 @@ so that the direction is largest in z:
    |p.y q.x|) + 2 tiny) + u |w| + tiny``.
 6. ``DET = W0 + W1 + W2``: its error is at most ``(1 + u)^2`` times the sum of the three errors,
    plus ``gamma(2) sum |w|``.
-7. The distance t of the plane. The test takes two edges E and F that meet in a vertex V, and
+7. The distance t of the plane. The test uses two edges E and F that meet in a vertex V, and
    their cross product N. With ``m_i = |e_j f_k| + |e_k f_j|``, ``|N_i - n_i| <= gamma(4) m_i``.
    The dot product ``D = d . N`` adds gamma(3). The test multiplies N by 1 / D and takes the dot
-   product with ``A = V - O``. The roundings of A, 1 / D, this product and the dot product are
-   gamma(6) together. As ``(a - t d) . n = 0``, ``T - t = ((a - t d) . (N - n) - t (D - d . N)) /
+   product with ``A = V - O``. The roundings of A, 1 / D, this product and the dot product add
+   gamma(6). Since ``(a - t d) . n = 0``, ``T - t = ((a - t d) . (N - n) - t (D - d . N)) /
    D`` plus the last roundings. So the error of N is multiplied only by the hit's distance to V:
    ``|T - t| <= (gamma(4) sum |a_i - t d_i| m_i + gamma(3) |t| sum |d_i N_i| + gamma(6) sum
-   |a_i N_i|) / |D|``. The test takes the two shorter edges. Where rounding may decide which edge
+   |a_i N_i|) / |D|``. The test uses the two shorter edges. Where rounding may decide which edge
    is the longest, the largest bound of the possible choices is used. Underflow adds the terms with
    tiny of `_plane_bound`.
 8. A second bound on t. The test clamps T to the range of the corners' distances ``Z_i / d.z``,
    which have the error gamma(3). So the error of T is at most the distance from t to the farther
    end of the range, plus this rounding. The smaller bound of steps 7 and 8 is used. A t outside
    the exact range is replaced by the nearer end of the range, which is nearer to T.
-9. ``U = W1 / DET``: as in step 7, ``W1 - u DET = (W1 - w1) - u (DET - det)``. The roundings of
-   DET's inverse and of the product add gamma(3).
+9. ``U = W1 / DET``. Here u is the exact coordinate, and ``W1 - u DET = (W1 - w1) - u (DET -
+   det)``. The roundings of DET's inverse and of the product add gamma(3).
 
 ``glsl/core/slack.glsl`` explains how accelerators widen their boxes.
 """
@@ -112,8 +112,8 @@ def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
                 arithmetic: Arithmetic = FLOAT32) -> PairBounds:
     """Intersect k pairs of ray and triangle in float64, and bound the errors of the test.
 
-    For a triangle without area, which is not detected, the test may accept or reject, whatever
-    ``inside`` and ``possible`` say.
+    Triangles without area are not detected. For such a triangle, the test may accept or reject,
+    whatever ``inside`` and ``possible`` say.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ def _permuted(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray
 
 def _edges(p: np.ndarray, e: np.ndarray, q: np.ndarray, f: np.ndarray, arithmetic: Arithmetic
            ) -> tuple[np.ndarray, np.ndarray]:
-    """Do step 5 for vertices p and q (3, 2, k) with errors e and f: return (3, k) and its bounds.
+    """Do step 5 for vertices p and q (3, 2, k) with errors e and f: return w and bounds, (3, k).
 
     The product e f of the errors counts three times, because the computed |p| and |q| may be too
     small by e and f.
@@ -225,8 +225,8 @@ def _edges(p: np.ndarray, e: np.ndarray, q: np.ndarray, f: np.ndarray, arithmeti
 
 def _plane_bound(corner: np.ndarray, e: np.ndarray, f: np.ndarray, direction: np.ndarray,
                  arithmetic: Arithmetic) -> np.ndarray:
-    """Do step 7 for the edges e and f that meet in the corner, (3, k) each: return (k,). The bound
-    is inf or not a number where the denominator may be 0 or a product may overflow."""
+    """Do step 7 for the edges e and f that meet in the corner, (3, k) each: return bounds, (k,). A
+    bound is inf or not a number where the denominator may be 0 or a product may overflow."""
     unit, tiny = arithmetic.unit, arithmetic.tiny
     m = np.abs([e[i] * f[j] for i, j in CROSS]) + np.abs([e[j] * f[i] for i, j in CROSS])
     n = np.array([e[i] * f[j] - e[j] * f[i] for i, j in CROSS])
@@ -249,7 +249,7 @@ def _weight(i: int, w: np.ndarray, w_bound: np.ndarray, w_most: np.ndarray, det:
             det_least: np.ndarray, arithmetic: Arithmetic) -> tuple[np.ndarray, np.ndarray]:
     """Do step 9: return a barycentric coordinate, (k,), and its error bound.
 
-    An accepted coordinate lies in [0, 1]: its error is at most the distance to the farther end.
+    An accepted coordinate lies in [0, 1], so its error is at most the distance to the farther end.
     """
     unit, tiny = arithmetic.unit, arithmetic.tiny
     weight = w[i] / det

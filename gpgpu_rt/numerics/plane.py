@@ -3,7 +3,7 @@
 The code is ``plane_distance`` of ``glsl/core/watertight.glsl``, operation for operation.
 
 The normal is the cross product of the two shorter edges. In a long and thin triangle, the longest
-edge may be almost parallel to another edge, and their product would have few correct digits.
+edge may be almost parallel to another edge. The product of these edges has few correct digits.
 """
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CROSS = ((1, 2), (2, 0), (0, 1))
 
 
 def kept(values: np.ndarray) -> np.ndarray:
-    """Return the values unchanged: the argument ``R`` below for numpy's own rounding."""
+    """Return the values unchanged. As the argument ``R`` below, keep numpy's own rounding."""
     return values
 
 
@@ -34,7 +34,7 @@ def longest(edges: np.ndarray) -> np.ndarray:
 
 
 def shorter(edges: np.ndarray, index: np.ndarray | int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the two edges of each triangle, (3, k) each, without the edge ``index``."""
+    """Return the two edges of each triangle other than the edge ``index``, (3, k) each."""
     return np.where(index == 0, edges[1], edges[0]), np.where(index == 2, edges[1], edges[2])
 
 

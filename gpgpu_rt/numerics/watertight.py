@@ -11,10 +11,10 @@ import numpy as np
 from .error_bounds import FLOAT32
 from .plane import Rounding, edges_of, kept, plane_distance
 
-# If all nonzero coordinates and edges are at least SAFE, no denormal occurs before the division in
-# `plane_distance`: the test multiplies at most three of these numbers and subtracts twice, and a
-# nonzero difference is at least 2^-24 of its larger operand. After the division, a denormal can
-# occur only if components of the normal differ by a factor of 2^126.
+# If all nonzero coordinates and edges have magnitudes of at least SAFE, no denormal occurs before
+# the division in `plane_distance`. The test multiplies at most three such numbers and subtracts
+# twice, and a nonzero difference is at least 2^-24 of its larger operand. After the division, a
+# denormal can occur only if components of the normal differ by a factor of 2^126.
 SAFE = np.float32(2.0 ** -25)
 
 
@@ -54,7 +54,7 @@ def _flushed(values: np.ndarray) -> np.ndarray:
 def _decide(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
             order: np.ndarray, R: Rounding) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
     """Apply the test, and round the result of each operation with ``R``. Return (accepted, t, u,
-    v), and the least magnitude of a nonzero coordinate or edge of each pair, (k,).
+    v), and the least magnitude among each pair's nonzero coordinates and edges, (k,).
 
     ``order`` (k, 3) permutes the axes so that the direction is largest in the last axis.
     """

@@ -21,7 +21,7 @@ from .tile_bounds import SIDE, TileBounds
 # computed.
 FEW, AT_ONCE = 1 << 16, 1 << 18
 ROW = 1024   # rays in a row of the texture if the caller gives no shape
-# From 1 invalid ray in MANY on, overwrite invalid rays by columns instead of ray by ray.
+# If at least 1 ray in MANY is invalid, overwrite invalid rays by columns instead of ray by ray.
 MANY = 5
 # The result for a block of rays: the indices of invalid rays; the exponents by which directions
 # were scaled, and the distances by which origins were advanced (in units of t), both None if all
@@ -37,7 +37,7 @@ class RayBatch:
     [0.5, 1), and t_min and t_max are scaled to match. An origin far outside ``bounds`` is advanced
     along its ray (see ``approach``). ``Hits`` are returned in the caller's units.
 
-    A renderer may flush numbers below 2^-126 to 0. An end of the interval below 2^-126 is
+    A renderer may flush magnitudes below 2^-126 to 0. An interval's end with such a magnitude is
     therefore moved into the interval, to 0 or to +-2^-126. An empty interval stays empty.
 
     Parameters
@@ -46,8 +46,8 @@ class RayBatch:
     t_min, t_max : numbers, or a value per ray; both ends are included
     shape : (h, w) of the image that the rays form. By default, arrays (h, w, 3) give the shape,
         and rays of arrays (n, 3) fill rows of 1024 rays
-    invalid : "raise" an error for rays with a NaN, an infinity or a zero direction, or count them
-        as a "miss"
+    invalid : for a ray with a NaN, an infinite origin or direction, or a zero direction: "raise"
+        raises an error, and "miss" counts the ray as a miss
     bounds : the scene's (lo, hi), or None to leave all origins unchanged
     tiled : whether to compute bounds of tiles
 
@@ -66,7 +66,7 @@ class RayBatch:
     Raises
     ------
     ValueError
-        shapes do not match; or, with "raise", a ray is invalid, and the message names the first
+        shapes do not match; or, with "raise", a ray is invalid: the message names the first
     """
 
     def __init__(self, origins: np.ndarray, directions: np.ndarray,
@@ -126,7 +126,7 @@ class RayBatch:
         starts = [start for *_, start in laid]
         alike = bool(starts) and all(_same(start, starts[0]) for start in starts)
         self.start = starts[0] if alike else None
-        self._starts = list(zip(blocks, starts))    # start is None: origins are already written
+        self._starts = list(zip(blocks, starts))    # None if the block's origins are written
         if not alike:
             self._lay_out_starts()
 
@@ -138,7 +138,7 @@ class RayBatch:
         return np.broadcast_to(t, self.count)
 
     def _rows(self, part: slice) -> list[np.ndarray]:
-        """Return the rows of a block that starts a row, (rows, width, 4) for each texture."""
+        """Return the rows that a block fills from a row's start, (rows, width, 4) per texture."""
         width = self.size[0]
         rows = slice(part.start, -(-part.stop // width) * width)
         return [plane[rows].reshape(-1, width, 4) for plane in self._planes]
@@ -212,7 +212,7 @@ class RayBatch:
         return hits
 
     def status(self) -> np.ndarray:
-        """Return (n,) uint8, the status of the rays before tracing, which marks invalid rays."""
+        """Return the status of the rays before tracing, (n,) uint8: INVALID or 0."""
         status = np.zeros(self.count, np.uint8)
         status[self.invalid] = INVALID
         return status
@@ -252,7 +252,7 @@ def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarr
             origins, shift = approach(origins, directions, *bounds)
             if shift is not None:
                 t_min, t_max, alike = t_min - shift, t_max - shift, False
-        # Empty rays have t_max = -1. A shared t_min below -1 would make their interval valid.
+        # Texels without a ray have t_max = -1. A shared t_min below -1 would make them rays.
         start = np.float32([*origins[0], t_min[0]]) if (
             alike and _alike(t_min) and t_min[0] >= 0) else None
         into = planes if start is None else [None, *planes[1:]]
@@ -288,7 +288,8 @@ def _same(one: np.ndarray | None, other: np.ndarray | None) -> bool:
 
 
 def _joined(blocks: list[slice], parts: list[np.ndarray | None]) -> np.ndarray | None:
-    """Join the values per ray of all blocks, with 0 for None; None if all blocks have None."""
+    """Join the blocks' values per ray. None counts as zeros; return None if all blocks have None.
+    """
     some = [part for part in parts if part is not None]
     if not some:
         return None
@@ -298,10 +299,9 @@ def _joined(blocks: list[slice], parts: list[np.ndarray | None]) -> np.ndarray |
 
 def _normal(t: np.ndarray, exponents: np.ndarray | None, above: float, below: float
             ) -> np.ndarray:
-    """Return (n,) float32, the products of the intervals' ends ``t`` and 2^exponents.
+    """Return the products of the intervals' ends ``t`` and 2^exponents, (n,) float32.
 
-    A renderer may flush a denormal product, so ``above`` replaces a positive and ``below`` a
-    negative one.
+    A renderer may flush denormals: ``above`` replaces positive ones, ``below`` negative ones.
     """
     given = t if t.strides[0] else t[:1]
     scaled = given if exponents is None else np.ldexp(given, exponents)
@@ -317,7 +317,7 @@ def _numbers(values: np.ndarray) -> bool:
 
 
 def _size(directions: np.ndarray) -> np.ndarray:
-    """Return (n,) the largest magnitude of a component of each of (n, 3) directions."""
+    """Return the largest magnitude among each direction's components, (n,)."""
     size = np.abs(directions[:, 0])
     for axis in (1, 2):
         np.maximum(size, np.abs(directions[:, axis]), out=size)
@@ -325,7 +325,7 @@ def _size(directions: np.ndarray) -> np.ndarray:
 
 
 def _exponents(size: np.ndarray) -> np.ndarray | None:
-    """Return (n,) int exponents e such that size / 2^e is in [0.5, 1); None if all are 0."""
+    """Return exponents e, (n,) int, with size / 2^e in [0.5, 1); None if all exponents are 0."""
     if not len(size) or (size.min() >= 0.5 and size.max() < 1):
         return None
     return np.frexp(size)[1]
@@ -361,7 +361,7 @@ def _check_shape(shape: tuple[int, int], count: int) -> None:
 
 
 def _float32(values: float | np.ndarray, name: str) -> np.ndarray:
-    """Return the values as float32; numbers beyond its range become infinite."""
+    """Return the values as float32. Numbers beyond float32's range become infinite."""
     try:
         array = np.asarray(values)
         if array.dtype.kind not in "biuf":

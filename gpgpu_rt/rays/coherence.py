@@ -18,13 +18,13 @@ def coherence(batch: RayBatch, diagonal: float) -> float | None:
 
     Parameters
     ----------
-    batch : the rays; pairs with an empty interval are ignored
+    batch : the rays; rays with an empty interval are ignored
     diagonal : the diagonal of the scene's box, world units
 
     Returns
     -------
     float
-        from 0 to 1; None if there are no two neighbouring rays
+        from 0 to 1; None without any two neighbouring rays
     """
     rays = batch.sample(*_sampled(*batch.size[::-1]))    # (tiles, y, x) each
     origins, directions = rays["origin"], rays["direction"]

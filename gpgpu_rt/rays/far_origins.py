@@ -1,18 +1,18 @@
 """Far origins: moves an origin that is far outside the scene along its ray, to near the scene.
 
 A shader computes a point of a ray with an error of a few times 2^-24 of the point's distance from
-the origin. Builders widen boxes by `bounds.PADDING` times the largest coordinate, which exceeds
-this error only if the origin is at most a few times the scene's size away. A ray from further away
-would miss cells and leaves. Moving the origin in float64 adds an error of half a float32 spacing
-at the scene, which is less than the error of a triangle test from the far origin.
+the origin. Builders widen boxes by `bounds.PADDING` times the largest coordinate. This padding
+exceeds the error only if the origin is at most a few times the scene's size away. A ray from
+further away could miss cells and leaves. Moving the origin in float64 adds an error of half a
+float32 spacing at the scene, which is less than the error of a triangle test from the far origin.
 """
 from __future__ import annotations
 
 import numpy as np
 
 # Lengths are in radii of the sphere around the scene's box. An origin is far if its distance from
-# the sphere's centre exceeds FAR. A far origin is moved forward along its ray to a distance of
-# NEAR before the ray's point nearest to the centre, unless the origin is already past this place.
+# the sphere's centre exceeds FAR. A far origin is moved forward along its ray until it lies NEAR
+# before the ray's point nearest to the centre, unless the origin is already past this place.
 FAR = 4.0
 NEAR = 2.0
 ABREAST = 128       # points per row in `by_axis`; numpy reduces long rows faster
@@ -51,9 +51,9 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
 
 
 def _near(origins: np.ndarray, centre: np.ndarray, radius: float) -> bool:
-    """Return whether the box around all origins shows that none is far; false for a NaN.
+    """Return whether the box around all origins shows that no origin is far; False for a NaN.
 
-    If the radius is 0, no origin counts as far.
+    If the radius is 0, no origin is far.
     """
     ends = np.array([by_axis(end, origins) for end in (np.minimum, np.maximum)], np.float64)
     return radius == 0 or bool(
@@ -61,7 +61,7 @@ def _near(origins: np.ndarray, centre: np.ndarray, radius: float) -> bool:
 
 
 def by_axis(extreme: np.ufunc, points: np.ndarray) -> np.ndarray:
-    """Return (k,) the minimum or maximum, ``extreme``, of (n, k) points along each axis."""
+    """Return the minimum or maximum (``extreme``) of (n, k) points along each axis, (k,)."""
     rows, axes = len(points) // ABREAST * ABREAST, points.shape[1]
     wide = points[:rows].reshape(-1, ABREAST * axes)
     parts = [extreme.reduce(wide, axis=0).reshape(-1, axes)] if rows else []

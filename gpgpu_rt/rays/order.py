@@ -16,7 +16,7 @@ from ..gl.precision import Precision
 from ..threads import threads
 from .records import NO_RAY, RAY_TEXELS
 
-# Consecutive rays fill squares of this side along a Morton curve: 2^SQUARE_LOG2 of
+# Consecutive rays fill squares of this side along a Morton curve. The side equals 2^SQUARE_LOG2 of
 # stages/sorted_place.glsl.
 SQUARE = 8
 ORIGIN_BITS = 3     # bits per axis for the cell of a ray's origin in the scene's box
@@ -25,24 +25,24 @@ ORIGIN_BITS = 3     # bits per axis for the cell of a ray's origin in the scene'
 # dominant axis would have to run one after another (packet_turns.glsl).
 DIRECTIONS = 1 << 6
 _GRAY = (0, 1, 3, 2, 6, 7, 5, 4)    # octants in Gray code order: neighbours differ in one sign
-AT_ONCE = 1 << 16   # rays per block of copying, which fits in a core's cache
-# Rays per block of sorting. Each block is sorted by itself, which is faster within the cache
-# (docs/notes/packet-speed.md). Rays that follow each other in a picture's rows start near each
-# other anyway.
+AT_ONCE = 1 << 16   # rays copied as a block, which fits in a core's cache
+# Rays sorted as a block. Sorting each block by itself is faster, because a block stays in the
+# cache (docs/notes/packet-speed.md). Rays that follow each other in a picture's rows start near
+# each other anyway.
 BLOCK = 1 << 17
-# Sort all rays together if an average block has origins in at least this share of the cells in
-# which all blocks together have origins.
+# A cell is occupied if a ray starts in it. Sort all rays together if a block occupies, on average,
+# at least this share of the cells that all blocks occupy.
 SCATTERED = 0.75
 
 
 class RayOrder:
-    """Sorted rays. Rays with an empty interval are left out; they share an empty texel.
+    """Sorted rays. Rays with an empty interval are omitted and share one empty texel.
 
     Parameters
     ----------
     planes : (n, 4) float32 for each texel of RAY_TEXELS
     bounds : the scene's (lo, hi)
-    precision : the precision of textures; rounding may make an empty interval a single t
+    precision : the precision of textures; rounding may turn an empty interval into a single t
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class RayOrder:
         return order if len(rays) == self.count else rays[order]
 
     def planes(self, planes: list[np.ndarray]) -> list[np.ndarray]:
-        """Return (width * height, 4) float32 per texel of RAY_TEXELS: sorted, then empty rays."""
+        """Return (width * height, 4) float32 per texel of RAY_TEXELS: sorted rays, then NO_RAY."""
         (width, height), count = self.size, len(self.rays)
         curve, rank = _curve(self.size)
         laid = [np.empty((width * height, 4), np.float32) for _ in planes]
@@ -117,7 +117,7 @@ class RayOrder:
 
 
 def squares(rays: int) -> tuple[int, int]:
-    """Return the squares across and down of a texture for all rays, about as wide as high."""
+    """Return the numbers of squares across and down a nearly square texture for ``rays`` rays."""
     count = -(-rays // SQUARE ** 2)
     across = max(1, round(count ** 0.5))
     return across, max(1, -(-count // across))
@@ -152,8 +152,8 @@ def _live_keys(planes: list[np.ndarray], first: int, precision: Precision,
 
 
 def _direction_codes(texels: np.ndarray) -> np.ndarray:
-    """Return (n,) uint32 codes below DIRECTIONS. From the lowest bit: x < 0, |x| >= |y|,
-    |x| >= |z|, y < 0, |y| >= |z|, z < 0.
+    """Return (n,) uint32 codes below DIRECTIONS. Their bits, from the lowest, mean x < 0,
+    |x| >= |y|, |x| >= |z|, y < 0, |y| >= |z|, z < 0.
 
     texels : (n, 4) float32, directions in the first three channels
     """
@@ -162,8 +162,8 @@ def _direction_codes(texels: np.ndarray) -> np.ndarray:
     next_less, second_less = np.zeros_like(negative), np.zeros_like(negative)
     np.greater_equal(size[:-1], size[1:], out=next_less[:-1])
     np.greater_equal(size[:-2], size[2:], out=second_less[:-2])
-    # Each component has a byte with its three bits. The mask drops the last channel's byte and
-    # comparisons.
+    # Each component has a byte with three bits of the code. The mask drops the last channel's byte
+    # and all comparisons with this channel.
     code = negative.view("<u4") | next_less.view("<u4") << 1 | second_less.view("<u4") << 2
     code &= 0x010307
     code *= 1 << 16 | 1 << 11 | 1 << 5      # gathers the bits of the three bytes from bit 16 up
@@ -217,7 +217,7 @@ def _keys() -> np.ndarray:
 def _curve(size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
     """Return the texels of a texture in curve order, and the rank of each texel in this order.
 
-    Both are (width * height,) int32. The order is a Morton curve in square after square.
+    Both are (width * height,) int32. Each square in turn is filled along a Morton curve.
     """
     width, height = size
     y, x = np.divmod(np.arange(width * height), width)

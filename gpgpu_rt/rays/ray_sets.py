@@ -60,7 +60,7 @@ def surface_rays(scene: Any, n: int, seed: int) -> Rays:
 
 def aimed_rays(scene: Any, n: int, seed: int, at: str = "vertices",
                origin: np.ndarray | None = None) -> Rays:
-    """Return rays aimed at vertices or at points on edges, where intersection tests may leak.
+    """Return rays aimed at vertices or at points on edges, where intersection tests may miss.
 
     Parameters
     ----------
@@ -68,14 +68,14 @@ def aimed_rays(scene: Any, n: int, seed: int, at: str = "vertices",
     n : number of rays
     seed : the seed of the random numbers
     at : "vertices" or "edges"
-    origin : (3,), the origin of all rays; by default uniform in the middle half of the scene's box
+    origin : (3,), shared by all rays; by default, uniform in the middle half of the scene's box
 
     Raises
     ------
     OptionError
-        ``at`` is another word
+        for another ``at``
     SceneError
-        the scene has no triangles
+        for a scene without triangles
     """
     if at not in ("vertices", "edges"):
         raise OptionError(f"cannot aim rays at {at!r}{nearest_names(at, ('vertices', 'edges'))}")

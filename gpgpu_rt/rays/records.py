@@ -12,8 +12,8 @@ RAY_TEXELS = Record("rays", "origin:vec3 t_min | direction:vec3 t_max")
 
 RAY_AFTER_HIT = replace(RAY_TEXELS, layout=RAY_TEXELS.layout + " | after:int",
                         define="AFTER_HIT")
-"""A ray that continues after its hit at t_min: of the triangles at exactly t_min, it meets only
-those with an index larger than ``after``. Before the first hit, ``after`` is -1."""
+"""A ray that continues after its hit at t_min. At exactly t_min, the ray meets only triangles with
+an index larger than ``after``. Before the first hit, ``after`` is -1."""
 
 NO_RAY = RAY_AFTER_HIT.pack(origin=np.zeros((1, 3)), t_min=[1], direction=[[0, 0, 1]], t_max=[-1],
                             after=[-1])[0]

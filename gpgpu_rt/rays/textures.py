@@ -43,8 +43,8 @@ class RayTextures:
     def share_start(self, start: np.ndarray | None) -> None:
         """Set the start that all rays share, (4,) float32: origin and t_min >= 0; or None.
 
-        Programs read a shared start from a uniform, which saves a fetch per ray, and work that
-        depends only on the start.
+        Programs read a shared start from a uniform. This saves a fetch per ray, and repeated work
+        that depends only on the start.
         """
         self.seen_from = self.tiles = None
         self._start = None if start is None else self.precision.stored(start)
@@ -82,11 +82,11 @@ class RayTextures:
             f"{RAY_TEXELS.name}_texel_0": tuple(self._start.tolist())}
 
     def upload(self, batch: RayBatch) -> None:
-        """Upload rays. A shared start is passed by the uniform and not uploaded."""
+        """Upload rays. A shared start is not uploaded, because programs read the uniform."""
         self.share_start(batch.start)
         self._start_written = self._start is None
-        # The bounds of tiles leave out rays whose fp32 interval is empty. With fewer bits, an
-        # empty interval may round to a point, and the bounds would lack a live ray.
+        # The bounds of tiles omit rays whose fp32 interval is empty. In a format with fewer bits,
+        # such an interval may round to a point, and the bounds would lack a live ray.
         self.tiles = batch.tiles if self.precision.storage == "fp32" else None
         for texel in range(0 if self._start_written else 1, RAY_TEXELS.texels):
             self._write(texel, batch.texels(texel))
@@ -173,11 +173,11 @@ class StateBuffers(PingPong):
         self._state, self._smaller = state, dict[tuple[int, int], StateBuffers]()
 
     def hits(self) -> Target:
-        """Return a target over the hits of side 0.
+        """Return a target that has only the hits of side 0.
 
-        The states of side 0 are cleared, which means that all searches have ended. Passes write
-        the real states before the search for stopped rays, the statistics or an observer reads
-        them.
+        The states of side 0 are cleared: a cleared state means that the ray's search has ended.
+        Passes write real states before other code (a count of stopped rays, statistics, an
+        observer) reads states.
         """
         if self._hits is None:
             self.side(0).clear()
@@ -185,12 +185,12 @@ class StateBuffers(PingPong):
         return self._hits
 
     def write_states(self) -> None:
-        """Record that passes write states from now on. The next `hits` clears them again."""
+        """Note that passes write states from now on. The next `hits` clears the states again."""
         release(self._hits)
         self._hits = None
 
     def keep(self, sizes: Iterable[tuple[int, int]]) -> None:
-        """Keep additional buffers of exactly these sizes, for fewer rays."""
+        """Make smaller buffers of these sizes, and release smaller buffers of other sizes."""
         wanted = set(sizes)
         for size in set(self._smaller) - wanted:
             release(self._smaller.pop(size))

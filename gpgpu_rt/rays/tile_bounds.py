@@ -1,6 +1,6 @@
 """Tile bounds: bounds of the rays in each tile of the ray textures.
 
-A tile without a live ray, or whose rays all miss the scene, need not be drawn.
+A tile need not be drawn if it has no live ray, or if all its rays miss the scene.
 """
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class TileBounds:
     size : (across, down) number of tiles
     live : (down, across) bool, whether the tile has a live ray
     least, most : (down, across, 3) float32, smallest and largest components of the directions of
-        live rays; undefined if the tile has no live ray, or if not all rays have the same start
-        (origin and t_min)
+        live rays; undefined if the tile has no live ray, or if rays have different starts (origin
+        and t_min)
     """
 
     def __init__(self, size: tuple[int, int], side: int = SIDE) -> None:
@@ -34,7 +34,7 @@ class TileBounds:
         self.most = np.empty_like(self.least)
 
     def see(self, first: int, planes: list[np.ndarray], start: np.ndarray | None) -> None:
-        """Compute the bounds of the tiles that cover some rows of rays.
+        """Compute the bounds of the tiles in some rows of rays.
 
         Parameters
         ----------
@@ -47,10 +47,10 @@ class TileBounds:
         if start is None:
             self.live[rows] = self._joined(np.logical_or, planes[0][:, :, 3] <= along[:, :, 3])
             return
-        # The fourth component is t_max. Its bounds show which tiles have live rays.
+        # The fourth component is t_max. Bounds of t_max show which tiles have live rays.
         least, most = (self._joined(op, along) for op in (np.minimum, np.maximum))
         self.live[rows] = start[3] <= most[:, :, 3]
-        if not (start[3] <= least[:, :, 3]).all():      # leave empty rays out of the bounds
+        if not (start[3] <= least[:, :, 3]).all():      # exclude empty rays from the bounds
             live = start[3] <= along[:, :, 3, None]
             least = self._joined(np.minimum, np.where(live, along, np.float32(np.inf)))
             most = self._joined(np.maximum, np.where(live, along, np.float32(-np.inf)))

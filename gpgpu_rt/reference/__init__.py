@@ -1,7 +1,7 @@
 """Reference: the right answers to rays, and functions that judge the answers of a ray tracer.
 
-`trace` finds nearest hits in float64, `trace_exact` in integers. `acceptance` returns the answers
-that an engine may give if it rounds to float32. `check` judges an engine's answers.
+`trace` finds nearest hits in float64, and `trace_exact` in integers. `acceptance` returns the
+answers that an engine with float32 rounding may give. `check` judges an engine's answers.
 docs/conformance.md derives the bounds.
 """
 from .acceptance import Acceptance, acceptance, exact_hits

@@ -1,8 +1,8 @@
 """Acceptance: which answers to a ray are right for an engine that rounds to float32.
 
-Exact arithmetic has a single answer to each ray. An engine that rounds may rightly return another
-answer: either triangle of an edge that the ray passes, or the farther of two surfaces that nearly
-touch.
+Exact arithmetic gives a single answer to each ray. An engine that rounds may rightly return
+another answer: either triangle at an edge that the ray meets, or the farther of two surfaces that
+nearly touch.
 
 A fair engine rounds like float32, but its operations together may lose up to four more bits, so
 `error_bounds` is evaluated with a unit roundoff of 2^-20 instead of 2^-24. The bounds tell which
@@ -35,8 +35,8 @@ from .nearest import as_rays, as_triangles, has_area, settle, trace
 from .tree import ReferenceTree
 
 FAIR = Arithmetic(2.0 ** -20, 4 * FLOAT32.tiny, FLOAT32.huge)
-# Each coordinate of a sheared vertex is the difference of two terms, neither larger than the
-# reach, which is the largest |vertex - origin|. Each term has at most 5 roundings, and the edge
+# The reach is the largest |vertex - origin|. Each coordinate of a sheared vertex is the difference
+# of two terms that do not exceed the reach. Each term has at most 5 roundings, and the edge
 # functions add 3. So rounding moves a ray sideways by less than 16 * unit * reach, where unit is
 # the unit roundoff. The outer neighbours lie twice as far away.
 RADIUS = 32 * FAIR.unit
@@ -55,11 +55,11 @@ class Acceptance:
     Attributes
     ----------
     exact : the answers of exact arithmetic; t is correctly rounded to float64
-    must_hit, may_hit : (n,) bool
+    must_hit, may_hit : (n,) bool, whether the ray must hit, and whether it may hit
     starts : (n + 1,) int; entries starts[i] to starts[i + 1] - 1 of `triangle`, `t_low` and
         `t_high` belong to ray i
-    triangle : (k,) int32, acceptable triangles; of triangles with the same corners in the same
-        order, only the lowest index
+    triangle : (k,) int32, acceptable triangles; a copy of another triangle appears only as its
+        ``copy_of``
     copy_of : (m,) int, for each triangle the lowest index of a triangle with the same corners in
         the same order
     t_low, t_high : (k,) float64, the smallest and the largest acceptable t on each element of
@@ -84,7 +84,7 @@ class Acceptance:
         return self.must_hit | ~self.may_hit
 
     def entry(self, triangle: np.ndarray) -> np.ndarray:
-        """Return (n,) int, the entry of each ray's reported ``triangle``, (n,) int; -1 if the
+        """Return the entry of the ``triangle`` that was reported for each ray, (n,) int; -1 if the
         triangle is not acceptable."""
         ray = np.repeat(np.arange(len(self)), np.diff(self.starts))
         found = np.full(len(self), -1)
@@ -157,13 +157,13 @@ def exact_hits(vertices: np.ndarray, origins: np.ndarray, directions: np.ndarray
 def _candidates(vertices: np.ndarray, solid: np.ndarray, origins: np.ndarray,
                 directions: np.ndarray, t_min: np.ndarray, t_max: np.ndarray
                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the pairs of a ray and a triangle of ``solid`` that a fair engine may hit.
+    """Return the pairs of a ray and a triangle of ``solid`` that a fair engine may accept.
 
     Returns
     -------
     ray, triangle, t and the bound on the error of t : (k,) each
-    nearest : (n,) the largest t that the nearest hit of each ray can have; inf for a ray that need
-        not hit
+    nearest : (n,) the largest t that the nearest hit of each ray can have; inf if the ray does not
+        certainly hit
     """
     limit, nearest = t_max.copy(), np.full(len(origins), np.inf)
     kept: list[tuple[np.ndarray, ...]] = [(np.zeros(0, np.int64),) * 2 + (np.zeros(0),) * 2]
@@ -225,8 +225,8 @@ def _behind_neighbours(vertices: np.ndarray, exact: Hits, rays: np.ndarray, orig
 
 def _meet(vertices: np.ndarray, triangle: np.ndarray, around: np.ndarray, origins: np.ndarray,
           directions: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Return whether all triangles that a ray's neighbours hit meet the ray's own triangle: they
-    contain the same two corners, or the same corner nearer to the ray than ``radius``.
+    """Return whether a ray's own triangle shares corners with all triangles that its neighbours
+    hit: the same two corners, or one corner nearer to the ray than ``radius``.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ class ExactPairs:
         return _quotients(self.above, self.below, self.inside)
 
     def within(self, t_min: np.ndarray, t_max: np.ndarray) -> np.ndarray:
-        """Return (k,) bool, whether each pair is a hit with t in its interval, ends included."""
+        """Return (k,) bool, whether each pair is a hit with t from ``t_min`` to ``t_max``."""
         hit = self.inside.copy()
         for end, sign in ((t_min, 1), (t_max, -1)):
             hit &= sign * np.where(np.isinf(end), end, 0) <= 0
@@ -144,8 +144,8 @@ def trace_exact(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
 
 
 def _integers(*arrays: np.ndarray) -> tuple[list[np.ndarray], int]:
-    """Return an array of integers for each given array, and an exponent e: a given number is its
-    integer times 2^e."""
+    """Return an array of integers for each given array, and an exponent e: each given number
+    equals its integer times 2^e."""
     parts = [np.frexp(np.asarray(array, np.float64)) for array in arrays]
     least = min((int(exponent[number != 0].min(initial=1 << 30)) for number, exponent in parts),
                 default=0)

@@ -7,11 +7,10 @@ function 0, but never gives it the wrong sign. The triangle on the other side of
 exactly the negated edge function, so no ray passes between the two triangles.
 
 The test departs from the paper in four points. It accepts triangles that face either way. It does
-not fall back to a higher precision. A hit must also lie in the bounding box of the sheared
-triangle, because all three edge functions of a tiny, distant triangle may round to zero, which
-would count as a hit. And t is the distance of the triangle's plane, clamped to the range of the
-vertices' distances, because the paper's interpolated depth is inexact for rays near long thin
-triangles.
+not fall back to a higher precision. The ray must also pass through the bounding box of the sheared
+triangle: an edge function of a tiny, distant triangle may round to zero, which counts as either
+sign. And t is the distance of the triangle's plane, clamped to the range of the vertices'
+distances, because the paper's interpolated depth is inexact for rays near long thin triangles.
 """
 from __future__ import annotations
 
@@ -45,8 +44,8 @@ def trace(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
     origins, directions : (n, 3) or (h, w, 3), directions of any nonzero length
     t_min, t_max : a number, or a value per ray, in units of |direction|; both ends are included
     accelerated : whether to use a bounding volume tree, which gives the same bits faster
-    invalid : treatment of rays with a NaN, an infinity or a zero direction: "raise" an error, or
-        "miss" to give the ray status 1
+    invalid : for a ray with a NaN, an infinite coordinate or a zero direction: "raise" raises an
+        error, and "miss" gives the ray status 1
 
     Raises
     ------
@@ -83,10 +82,10 @@ def trace(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
 def settle(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, hits: Hits,
            t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf
            ) -> tuple[Hits, int]:
-    """Return the hits, after deciding in integers the rays that float64 cannot decide.
+    """Decide in integers the rays that float64 cannot decide, and return all hits.
 
     Error bounds of float64 tell which triangles may be a ray's nearest hit. A ray is doubtful if
-    several triangles may be, or if the only such triangle is not certainly hit. `nearest_of_pairs`
+    there are several such triangles, or if the only one is not certainly hit. `nearest_of_pairs`
     then chooses among these triangles. Copies of a triangle cause no doubt, because the lowest
     index wins.
 

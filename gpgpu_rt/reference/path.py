@@ -3,12 +3,12 @@
 The algorithm is path tracing (Kajiya, "The Rendering Equation", SIGGRAPH 1986). At each vertex, a
 path samples one light (next-event estimation), then continues in a direction sampled from the
 material. Both techniques may find the same light, so the power heuristic (for a sky, the balance
-heuristic) weights the light of each (Veach and Guibas, "Optimally Combining Sampling Techniques
-for Monte Carlo Rendering", SIGGRAPH 1995). The shaders use the same random numbers and lights, so
-pictures differ only by float32 rounding.
+heuristic) weights the light that each finds (Veach and Guibas, "Optimally Combining Sampling
+Techniques for Monte Carlo Rendering", SIGGRAPH 1995). The shaders use the same random numbers and
+lights, so pictures differ only by float32 rounding.
 
-Neither the reference nor the shaders scale radiance where light enters or leaves a denser medium,
-as physics would. This matters only for a light or an eye inside glass.
+In physics, radiance changes where light enters or leaves a denser medium. The reference and the
+shaders omit this change, which matters only for a light or an eye inside glass.
 """
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class _Paths:
         self.direction = direction
         self.weight = np.ones((len(x), 3))
         # The probability density of the ray's direction; infinite for eye rays, mirrors and
-        # glass, which had only one possible direction.
+        # glass, where only one direction was possible.
         self.density = np.full(len(x), np.inf)
         self.light = np.zeros((len(x), 3))
         self.alive = np.arange(len(x))
@@ -147,15 +147,15 @@ class _Paths:
                      ) -> np.ndarray:
         """Return the density with which next-event estimation samples the surroundings in each
         ``direction``, including the probability of choosing the surroundings. An image is sampled
-        in proportion to the luminance of its ``radiance``. A sky is sampled as the material
-        scatters light, with the density ``found``."""
+        in proportion to the luminance of its ``radiance``. A sky is sampled by the material's own
+        technique, with the density ``found``."""
         light = self.scene.environment.image_light if self.scene.environment else None
         return self.lights.far * (found if light is None else light.density(direction, radiance))
 
     def _far_weight(self, mine: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return the weight of light of the surroundings, divided by ``mine``, the density of the
-        sampling technique that found the light. ``other`` is the other technique's density. For a
-        sky, the densities are proportional, so the balance heuristic suffices."""
+        """Return the weight of light from the surroundings, divided by ``mine``, the density of
+        the technique that found the light. ``other`` is the other technique's density. For a sky,
+        the densities are proportional, so the balance heuristic suffices."""
         if self.scene.environment is not None and self.scene.environment.image_light is not None:
             return _power_weight(mine, other)
         return 1 / np.maximum(mine + other, TINY)
@@ -174,7 +174,7 @@ class _Paths:
         self.light[paths] += self.weight[paths] * emission * share[:, None]
 
     def _lit(self, at: _Surfaces, hits: Hits, vertex: int) -> None:
-        """Sample one light at each vertex, and add its light unless it is occluded."""
+        """Sample one light at each vertex, and add its contribution unless it is occluded."""
         rows = np.flatnonzero(at.scatters)
         random = self._random(self.alive[rows], vertex, 1)
         light = self.lights.choose(random[:, 0], random[:, 1])
@@ -349,7 +349,7 @@ class _Surfaces:
     @staticmethod
     def _off(direction: np.ndarray, side: np.ndarray) -> np.ndarray:
         """Return the directions, mirrored where an interpolated normal made them point to the
-        wrong side of the flat triangle. The normal ``side`` points to the right side."""
+        wrong side of the flat triangle. The normal ``side`` points to the correct side."""
         away = _dot(direction, side) <= 0
         return np.where(away[:, None], _reflect(direction, side), direction)
 
@@ -361,7 +361,7 @@ def _trace(scene: Scene, origins: np.ndarray, directions: np.ndarray) -> Hits:
 
 def _power_weight(mine: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Return the power heuristic's weight of a sampling technique, divided by its density
-    ``mine``, or 0 where that is 0. ``other`` is the other technique's density."""
+    ``mine``, or 0 where ``mine`` is 0. ``other`` is the other technique's density."""
     most = np.maximum(np.maximum(mine, other), TINY)
     mine, other = mine / most, other / most
     return mine / (np.maximum(mine ** 2 + other ** 2, TINY) * most)

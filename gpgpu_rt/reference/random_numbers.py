@@ -23,8 +23,8 @@ def random_numbers(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: i
 
 
 def counters(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int) -> np.ndarray:
-    """Return (n, 4) uint32 counters, from which random numbers are hashed; different arguments
-    give different counters."""
+    """Return (n, 4) uint32 counters, which are hashed to random numbers. Different arguments give
+    different counters."""
     for value, most in ((bounce, MOST_BOUNCES), (block, BLOCKS), (seed, MOST_SEEDS)):
         if not 0 <= value < most:
             raise ValueError(f"bounce {bounce}, block {block}, seed {seed}: each must be below "

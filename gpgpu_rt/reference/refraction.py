@@ -14,7 +14,7 @@ def refract(directions: np.ndarray, normals: np.ndarray, ratio: float
     ----------
     directions : (n, 3) unit directions of the incoming rays
     normals : (n, 3) unit normals on the incoming side
-    ratio : the refractive index in front of the interface divided by that behind it
+    ratio : the refractive index in front of the interface divided by the index behind
 
     Returns
     -------
@@ -64,7 +64,7 @@ def through_two_borders(triangles: np.ndarray, normals: np.ndarray, origins: np.
 
 def _meet(triangles: np.ndarray, normals: np.ndarray, origins: np.ndarray, directions: np.ndarray
           ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (n,) bool, whether a ray hits the mesh; and for the rays that hit, the hit points and
+    """Return (n,) bool, whether each ray hits the mesh; and for rays that hit, the hit points and
     the interpolated unit normals."""
     hits = trace(triangles, origins, directions, accelerated=True)
     hit = hits.triangle >= 0

@@ -58,8 +58,8 @@ def fresnel(cosine: np.ndarray, ior: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    cosine : (n,) cosine between the reversed incoming ray and the normal on its side
-    ior : (n,) or a number, the refractive index behind the interface divided by that in front
+    cosine : (n,) cosine between the reversed incoming ray and the normal on the incoming side
+    ior : (n,) or a number, the refractive index behind the interface divided by the one in front
     """
     sine_2 = (1 - cosine ** 2) / ior ** 2
     through = np.sqrt(np.maximum(1 - sine_2, 0))
@@ -75,7 +75,7 @@ def refracted(direction: np.ndarray, normal: np.ndarray, ior: np.ndarray) -> np.
     ----------
     direction : (n, 3) unit directions of the incoming rays
     normal : (n, 3) unit normals on the incoming side
-    ior : (n,) or a number, the refractive index behind the interface divided by that in front
+    ior : (n,) or a number, as for `fresnel`
     """
     ior = np.reshape(ior, (-1, 1))
     cosine = -(direction * normal).sum(axis=1, keepdims=True)

@@ -50,14 +50,14 @@ def sobol_bits(x: Any, y: Any, sample: Any, bounce: int, block: int, seed: int) 
 
 
 def shuffled(sample: np.ndarray, key: np.ndarray) -> np.ndarray:
-    """Return (n,) uint32, the number of the Sobol point that each sample uses; ``key``
-    shuffles."""
+    """Return (n,) uint32, the number of the Sobol point that each sample uses. ``key`` selects the
+    shuffled order."""
     low = reversed_bits(permuted(reversed_bits(sample), key)) & np.uint32(0xFFFF)
     return low | (sample & np.uint32(0xFFFF0000))
 
 
 def permuted(x: np.ndarray, key: np.ndarray) -> np.ndarray:
-    """Return a permutation of uint32 in which each bit depends only on itself and lower bits."""
+    """Permute uint32 numbers. A bit of the result depends only on the same and lower bits of x."""
     with np.errstate(over="ignore"):
         x = x + key
         for factor in (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6):
@@ -74,7 +74,7 @@ def reversed_bits(x: np.ndarray) -> np.ndarray:
 
 
 def sobol_first_two(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return coordinates 0 and 1 of Sobol points (n,), as (n,) uint32 with reversed bits."""
+    """Return coordinates 0 and 1 of Sobol points (n,): (n,) uint32 each, with reversed bits."""
     x = points
     for shift, mask in _MASKS:
         x = x ^ ((x >> np.uint32(shift)) & np.uint32(mask))
@@ -82,7 +82,7 @@ def sobol_first_two(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def sobol_next_two(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return coordinates 2 and 3 of Sobol points (n,), as (n,) uint32 with reversed bits."""
+    """Return coordinates 2 and 3 of Sobol points (n,): (n,) uint32 each, with reversed bits."""
     sums = np.zeros((2, *points.shape), np.uint32)
     second, third = [1, 3], [1, 3, 4]
     for bit in range(32):

@@ -19,9 +19,9 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
 
     An origin is offset from the hit point along the triangle's normal, to the side of the new
     direction. The offset is the error bound of the hit point plus the usual error of the
-    watertight test in float32. The test has larger errors for long thin triangles. So while the
-    new ray hits the triangle of the hit, the offset is doubled, up to the triangle's extent. A
-    bisection then brings it to at most a seventh above the necessary offset.
+    watertight test in float32. For long thin triangles, the test has larger errors. While the new
+    ray hits the triangle of the hit, the offset is therefore doubled, up to the triangle's extent.
+    A bisection then reduces the offset to at most a seventh above the necessary offset.
     ``glsl/render/spawn.glsl`` derives the offset.
 
     Parameters
@@ -72,7 +72,7 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
 
 def _further(offset: np.ndarray, low: np.ndarray, high: np.ndarray, most: np.ndarray
              ) -> np.ndarray:
-    """Return the next offsets, (k, 1) float32: doubled until an offset succeeds, then bisected
+    """Return the next offsets, (k, 1) float32. Double until an offset succeeds, then bisect
     between ``low``, the largest offset that failed, and ``high``, the smallest that succeeded."""
     succeeded = np.isfinite(high)
     doubled = np.where(2 * offset <= most, 2 * offset, offset)

@@ -1,10 +1,10 @@
 """Reference tree: a bounding volume tree in float64 for the reference tracer.
 
-The builder repeatedly sorts a list of triangles along an axis and halves it. The axis is chosen so
-that the boxes of the halves have the least total area. Node i of level l contains the triangles
-from floor(i m / 2^l) to floor((i + 1) m / 2^l) - 1 of the ordered list of m triangles, so no links
-are stored. Traversal works on batches of pairs (ray, node), nearer children first. A pair is
-dropped only if the ray misses the node's box within the ray's interval, so no hit is lost.
+The builder repeatedly sorts a list of triangles along an axis and halves the list. It chooses the
+axis for which the boxes of the halves have the least total area. Node i of level l contains the
+triangles from floor(i m / 2^l) to floor((i + 1) m / 2^l) - 1 of the ordered list of m triangles,
+so no links are stored. Traversal works on batches of pairs (ray, node), nearer children first. A
+pair is dropped only if the ray misses the node's box within the ray's interval, so no hit is lost.
 """
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ import numpy as np
 
 _LEAF = 3               # most triangles in a leaf
 _PAIRS = 1 << 18        # most pairs in a batch
-# Widen boxes by this share of the coordinates: far above float64's rounding, and too little to
-# add a noticeable number of tests.
+# Widen boxes by this share of the coordinates. The share is far above float64's rounding, but too
+# small to add a noticeable number of tests.
 _PADDING = 1e-12
 _TINY = 1e-300
 _MOST_KEPT, _LARGEST_KEPT = 3, 1 << 20      # trees to keep; largest tree to keep, in triangles
@@ -132,8 +132,8 @@ class ReferenceTree:
 
     def _set_rays(self, origins: np.ndarray, directions: np.ndarray, t_min: np.ndarray,
                   t_max: np.ndarray, margin: np.ndarray | float) -> None:
-        """Store the inverse directions and the origins for the slab test. Moved origins widen the
-        boxes, so lower and upper corners are tested with different origins."""
+        """Store the inverse directions and the origins for the slab test. Moving the origins is
+        the same as widening boxes, so lower and upper corners need different origins."""
         scale = np.abs(self.boxes[0]).max() + np.abs(origins).max(axis=1, initial=0)
         padding = (_PADDING * scale + _TINY + margin)[:, None]
         self._inv_dir = (1.0 / np.where(directions == 0, _TINY, directions)).T.copy()
@@ -143,8 +143,8 @@ class ReferenceTree:
 
     def _meets(self, level: int, ray: np.ndarray, node: np.ndarray
                ) -> tuple[np.ndarray, np.ndarray]:
-        """Return for p pairs the t at which the ray enters the node's widened box, at least its
-        t_min, (p,); and whether the ray meets the box within its interval, (p,) bool."""
+        """Return for p pairs the t at which the ray enters the node's widened box, t_min at least,
+        (p,); and whether the ray meets the box within the ray's interval, (p,) bool."""
         t_min, t_max = self._interval
         enter, leave = t_min[ray], t_max[ray]
         lo, hi = self.boxes[level]

@@ -30,7 +30,7 @@ class Verdicts:
         undecidable : a right answer to a ray for which a hit and a miss are both right
         leak : a miss where every fair engine hits
         false hit : a triangle that no fair engine hits
-        wrong nearest : a triangle that lies behind a hit of every fair engine
+        wrong nearest : a triangle that lies behind a triangle that every fair engine hits
         wrong t : the right triangle at a wrong distance
         not finite : a hit whose t is NaN, or is infinite although float32 holds the right t
         any hit disagrees : the nearest hit is right, but the answer to "is there any hit" is not
@@ -61,8 +61,8 @@ def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
           known: Acceptance | None = None) -> Verdicts:
     """Judge an engine's answers: is each right, wrong, or undecidable in float32?
 
-    Triangles and rays are rounded to float32. Give an engine that computes in float64 the rounded
-    arrays; otherwise, its right answers may count as wrong.
+    Triangles and rays are rounded to float32. An engine that computes in float64 must trace the
+    rounded arrays; otherwise, its right answers may count as wrong.
 
     Parameters
     ----------
@@ -124,8 +124,8 @@ def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
 def _may_hit(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
              triangle: np.ndarray, t_min: float | np.ndarray, t_max: float | np.ndarray,
              rays: np.ndarray) -> np.ndarray:
-    """Return (k,) bool, for each of ``rays`` whether a fair engine may hit the triangle that was
-    reported for the ray."""
+    """Return (k,) bool: whether a fair engine may hit the triangle that was reported for each of
+    ``rays``."""
     vertices = as_triangles(scene_or_triangles)
     origins, directions, first, last, _ = as_rays(origins, directions, t_min, t_max, "raise")
     if not len(vertices):

@@ -5,7 +5,7 @@ from .whitted import Whitted
 
 
 class Direct(Whitted):
-    """Whitted's ray tracing without bounces; without mirrors and glass, the picture is that of
+    """Whitted's ray tracing without bounces. Scenes without mirrors and glass look the same as in
     `Whitted`."""
 
     name = "direct"

@@ -7,8 +7,8 @@ from ..errors import LimitError
 from ..scene.scene import Scene
 from ..scene.texture import Texture
 
-# Largest width and height of the packed texture, in texels, which renderers support. A wider
-# texture of a material makes the packed texture wider.
+# Largest width and height of the packed texture, in texels; renderers support this size. A single
+# image wider than WIDTH makes the packed texture wider.
 WIDTH, HEIGHT = 8192, 16384
 
 
@@ -45,8 +45,8 @@ def atlas(scene: Scene) -> np.ndarray:
 
 
 def _shelved(scene: Scene) -> list[tuple[Texture, int, int]]:
-    """Return each different texture with the column and row of its corner in the packed texture:
-    side by side in rows, in order of decreasing height."""
+    """Return each different texture with the column and row of its corner in the packed texture.
+    Textures lie side by side in rows, in order of decreasing height."""
     textures = {id(m.texture): m.texture for m in scene.used_materials if m.texture is not None}
     width = max([WIDTH] + [t.texels.shape[1] for t in textures.values()])
     found = []

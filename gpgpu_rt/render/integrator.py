@@ -1,8 +1,8 @@
 """Integrator: draws a picture by passes over streams of rays.
 
 A new integrator declares its ``streams`` and ``passes``, and runs the passes in ``draw``. A
-scene's properties set GLSL defines (``render/needs.py``); a stream or pass that names defines
-exists only if the scene sets one of them. ``trace(rays)`` returns hits by the tracer's method;
+scene's properties set GLSL defines (``render/needs.py``). A stream or pass that names defines
+exists only if the scene sets one of these defines. ``trace(rays)`` returns the tracer's hits;
 ``trace(rays, any_hit=True)`` finds whether rays are occluded.
 """
 from __future__ import annotations
@@ -71,8 +71,8 @@ class PicturePass:
 ALL_FEATURES = Option(
     "all_features", False, "build the programs, textures and passes of every feature, even those "
     "that the scene does not require; the picture is the same", bool, label="build every feature")
-# Each depth of refraction needs its own textures and doubles the branches, and light usually
-# leaves solid glass after one or two inner reflections.
+# The default is small: each depth of refraction needs its own textures and doubles the branches,
+# and light usually leaves solid glass after one or two inner reflections.
 BOUNCES = Option("bounces", 8, "largest number of successive reflections and refractions",
                  int, minimum=0, maximum=64, label="most bounces")
 LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays from each visible point towards emitting "
@@ -131,7 +131,7 @@ class Integrator:
                      given["all_features"], samples=given["samples"])
 
     def take(self, scene: Scene) -> None:
-        """Use this scene from now on: the first scene, or the same with moved triangles."""
+        """Use this scene from now on. Later calls pass the same scene with moved triangles."""
         self.scene = scene
         self.textures.take(scene)
         self._uniforms = self.textures.uniforms(scene)
@@ -154,8 +154,8 @@ class Integrator:
         self.drawn.clear()
         self.fetches, self.vertices = 0, []
         if self.needs.want(("MOVING",)) and self.needs.asked.all_features:
-            # A renderer that supports every feature does not know whether triangles moved, so it
-            # writes the tables again.
+            # With all_features, MOVING is always set and does not show whether triangles moved, so
+            # write the tables again.
             self.textures.take(self.scene)
 
     @property

@@ -41,7 +41,7 @@ def _places(scene: Scene, count: int, sample: int) -> list[Uniforms]:
 
     If there are at least as many points as triangles, each triangle has at least one point, and
     its power is divided among its points. Otherwise, each point represents an equal share of the
-    total power: its own triangle and neighbours in the list that have no point.
+    total power. It stands for its own triangle and for list neighbours without a point.
     """
     rows = scene.emitters
     corners = scene.triangles[rows].astype(np.float64)

@@ -1,13 +1,13 @@
 """Packed paths: packs the live paths of a wave side by side into smaller textures.
 
 A wave is a set of paths that are traced together. A path is live until it ends. The texels of
-ended paths stay in the texture, where they share packets or SIMD lanes with live rays. Stream
+ended paths stay in the texture and waste lanes of packets and SIMD units beside live rays. Stream
 reduction (D. Horn, "Stream Reduction Operations for GPGPU Applications", GPU Gems 2, 2005; survey,
 sections 3.6 and 4.3) packs the live paths, in the order of squares of 8x8 texels, so that packets
 and tiles still contain neighbours.
 
-A packed path keeps the position of its original texel, on which its random numbers depend. In the
-end, a pass draws a point for each packed path, which adds the path's light to this texel. So
+A packed path keeps the position of its original texel, on which its random numbers depend. At the
+end, a pass draws a point for each packed path to add the path's light to the original texel. So
 packing does not change the bits of a picture.
 """
 from __future__ import annotations
@@ -39,8 +39,8 @@ from .records import CAME_FROM, RADIANCE, WALK
 
 LEAST = 1 << 11     # texels of the smallest textures; smaller passes would not be faster
 PACKED = ("PACKED_PATHS",)
-# Largest share that the option ``compact`` accepts: the smaller textures then need three times the
-# memory of a wave.
+# Largest share that the option ``compact`` accepts. With this share, the smaller textures together
+# need three times the memory of a wave.
 MOST_SHARE = 0.75
 SHARES = {"auto": 0.25, "on": 0.25, "off": 0.0}
 # Packing saves time in waves of at least this many texels; see docs/path-tracing.md.
@@ -97,7 +97,7 @@ class PathTextures:
         self.gpu.clear(self.mask, depth=1.0)
 
     def turn(self) -> None:
-        """Swap the streams: the next vertex reads what the last vertex wrote."""
+        """Swap the streams: the next vertex reads what the current vertex wrote."""
         self.now, self.then, self.walk = self.then, self.now, self.walk[::-1]
 
     def samplers(self) -> dict[str, moderngl.Texture]:
@@ -151,9 +151,9 @@ class PackedPaths:
         return [level.size for level in self._levels]
 
     def pack(self, level: PathTextures, live: int) -> PathTextures:
-        """Pack ``live`` paths into the smallest textures that hold them, after adding their light
-        to their original texels. Return these textures, or ``level`` if no smaller textures hold
-        the paths.
+        """Pack ``live`` paths into the smallest textures that hold the paths, and return these
+        textures. First add the paths' light to their original texels. If no smaller textures hold
+        the paths, return ``level``.
 
         Parameters
         ----------
@@ -199,8 +199,8 @@ class PackedPaths:
 
 
 def share_of(options: Mapping[str, Any], texels: int = AUTO) -> float:
-    """Return the largest share of live paths at which a wave of ``texels`` texels is packed by the
-    option ``compact``; 0 for never."""
+    """Return the largest share of live paths at which the option ``compact`` packs a wave of
+    ``texels`` texels; 0 for never."""
     share = SHARES.get(options["compact"], options["compact"])
     if options["compact"] == "auto" and texels < AUTO:
         share = 0.0

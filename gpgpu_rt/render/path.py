@@ -3,7 +3,7 @@
 The algorithm is that of Kajiya, "The Rendering Equation", SIGGRAPH 1986, with next-event
 estimation and Russian roulette; ``reference/path.py`` explains the weights. A wave contains a
 block of texels for each pixel, one path per texel. The ray of an ended path has an empty interval,
-which every method skips, and the depth buffer masks its texel.
+so every method skips the ray, and the depth buffer masks the texel.
 
 Random numbers depend only on seed, pixel, sample and vertex, and samples are added in a fixed
 order. So pictures are bit-identical for all methods and sizes of a wave, with or without packing
@@ -50,7 +50,7 @@ class Path(Integrator):
     """Path tracing: all light, with noise that decreases with the number of samples."""
 
     name = "path"
-    rays = INCOHERENT      # diffuse surfaces scatter all rays but the eye rays
+    rays = INCOHERENT      # diffuse surfaces scatter all rays except eye rays
     centred = False
     _sums: PictureStreams | None = None
     _level: PathTextures | None = None
@@ -163,8 +163,8 @@ class Path(Integrator):
         return self.show(self.mean)
 
     def _take_samples(self, trace: Trace, rays: RayTextures, camera: Camera, side: int) -> None:
-        """Trace a wave and add its samples to the sums: read the stream "sums {side}", write the
-        other."""
+        """Trace a wave and add its samples to the sums. Read the stream "sums {side}" and write
+        the other stream of sums."""
         assert self.room is not None and self._sums is not None
         shared = {"block": self.block, "corner": self.region.corner,
                   "first_sample": self.samples_done,
@@ -247,7 +247,7 @@ class Path(Integrator):
         self.vertices[vertex - 1]["texels"] += level.texels
 
     def _finished(self, sums: str) -> bool:
-        """Compute the mean radiance so far and its noise; return whether the noise reached its
+        """Compute the mean radiance so far and its noise. Return whether the noise is at most the
         target."""
         done = self.samples_done
         asked = self.noise_target is not None or self.progress is not None
@@ -281,8 +281,8 @@ def _settings(given: Mapping[str, Any]) -> PathSettings:
 
 
 def _block(most: int, size: tuple[int, int], largest: int) -> tuple[int, int]:
-    """Return the columns and rows of a pixel's block of texels in a wave. Their product is a power
-    of two, at most ``most`` unless 1. No side of the wave's textures exceeds ``largest``."""
+    """Return the columns and rows of a pixel's block of texels in a wave. Their product is 1, or a
+    power of two up to ``most``. No side of the wave's textures exceeds ``largest``."""
     columns = rows = 1
     while 2 * columns * rows <= most:
         wider = 2 * columns * size[0] <= largest and columns <= rows

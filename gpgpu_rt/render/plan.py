@@ -23,8 +23,8 @@ class Plan:
     passes : names of the passes, in the order of their declaration
     textures : name of a texture or stream -> its bytes
     defines : the defines of the programs
-    left_out : kind ("pass", "texture" or "define") -> name -> the reason, such as the property
-        that the scene lacks
+    left_out : kind ("pass", "texture" or "define") -> name -> the reason, such as a property that
+        the scene lacks
     """
 
     integrator: str

@@ -7,7 +7,7 @@ SURFACE = Record("surface", "normal:vec3 material:int")
 """The unit normal of a triangle, and the row of its material."""
 
 COLOUR = Record("colour", "diffuse:vec3")
-"""The diffuse share of a triangle, if triangles differ in it."""
+"""The diffuse share of a triangle, if triangles have different shares."""
 
 CORNER_NORMALS = Record("corner_normals", "n0:vec3 | n1:vec3 | n2:vec3")
 """The normals of a triangle's corners; zeros for a flat triangle."""
@@ -19,7 +19,7 @@ MIRROR = Record("mirror", "share:vec3")
 """The share of light that a material reflects as a mirror."""
 
 DIELECTRIC = Record("dielectric", "ior")
-"""The refractive index of a material; 0 where light does not pass through it."""
+"""The refractive index of a material; 0 if no light passes through the material."""
 
 GLOSSY = Record("glossy", "share:vec3 exponent")
 """The share of light that a material reflects into a lobe, and the lobe's cosine exponent."""
@@ -38,13 +38,13 @@ a surface that faces the light, divided by the probability of choosing this ligh
 
 SURROUNDINGS_ROW = Record("surroundings_row", "sum cosine")
 """A row of cells of the image that surrounds a scene (``scene/image_light.py``). ``sum`` is the
-cumulative probability of the rows up to this row, ``cosine`` the mean cosine of its latitude."""
+cumulative probability up to this row, and ``cosine`` is the row's mean cosine of latitude."""
 
 IMAGE = Record("image", "x:int y:int width:int height:int")
 """The rectangle of a material's image in the texture of all images. Width 0 means no image."""
 
 LIT = Record("lit", "ambient:vec3")
-"""The light that leaves a hit towards the eye whether or not the hit is in shadow."""
+"""The light that leaves a hit towards the eye, even if the hit is in shadow."""
 
 DIRECT = Record("direct", "light:vec3")
 """The light that leaves a hit towards the eye only if the hit is not in shadow."""
@@ -64,8 +64,8 @@ PATH = Record("path", "weight:vec3")
 
 WALK = Record("walk", "weight:vec3 density")
 """The state of a path. Its pixel receives the light that the path finds, times ``weight``, which
-is zero after the path's end. ``density`` is the probability density of the ray's direction, or 0
-if only this direction was possible."""
+is zero after the path's end. ``density`` is the probability density of the ray's direction; 0 if
+only this direction was possible."""
 
 CAME_FROM = Record("came_from", "x:int y:int")
 """The original texel of a packed path in the wave."""

@@ -1,11 +1,11 @@
 """Whitted's ray tracing: direct light with shadows at every hit, reflection and refraction.
 
 The algorithm is that of Whitted, "An Improved Illumination Model for Shaded Display", CACM 1980.
-Its recursion runs on the host, over whole images instead of single rays. A branch is a sequence of
+The recursion runs on the host, over whole images instead of single rays. A branch is a sequence of
 reflections and refractions. A wave contains the rays of one branch, with a texel for each pixel.
-An occlusion query counts the rays of a branch in the pass that makes them. A branch without rays
-ends; the passes of other branches draw only the tiles that have rays, because most texels are
-empty deep in the tree.
+An occlusion query counts the rays of a branch in the pass that makes these rays. A branch without
+rays ends. After the eye rays, passes draw only the tiles in which a branch has rays, because most
+texels are empty after several bounces.
 
 Two sets of textures suffice for reflected rays, which are traced in the next wave. Refracted rays
 wait until their branch is traced, so each depth needs its own textures for them.
@@ -124,8 +124,8 @@ class Whitted(Integrator):
 
     def _wave(self, trace: Trace, wave: Wave) -> Hits:
         """Trace the rays of a branch, add the light they find, and trace its child branches.
-        Return the hits of the branch's last shadow rays, or the branch's hits without shadow
-        rays."""
+        Return the hits of the branch's last shadow rays; without shadow rays, the branch's own
+        hits."""
         assert self.room is not None
         hits = trace(wave.rays)
         source = {**wave.rays.samplers(), **hits.samplers(), **wave.path}
@@ -145,8 +145,8 @@ class Whitted(Integrator):
 
     def _branch(self, word: str, name: str, source: Samplers, wave: Wave,
                 tiles: Rectangles | None) -> list[Wave]:
-        """Make the reflected or the refracted rays of a wave. Return a list with their wave, empty
-        without such rays."""
+        """Make the reflected or the refracted rays of a wave. Return a list with the wave of these
+        rays; empty without such rays."""
         assert self.room is not None
         paths = name + " paths"
         self.room.clear_rays(name)
@@ -165,8 +165,8 @@ class Whitted(Integrator):
     def _tiles(self, wave: Wave) -> Rectangles | None:
         """Return the rectangles in which a wave has rays, or None for the whole image.
 
-        With rectangles, also clear the shadow rays of the whole image, because later passes leave
-        old shadow rays outside the rectangles."""
+        With rectangles, also clear the shadow rays of the whole image, because later passes do not
+        overwrite old shadow rays outside the rectangles."""
         if wave.corners is None:
             return None
         assert self.room is not None
@@ -177,8 +177,8 @@ class Whitted(Integrator):
 
     def _light(self, trace: Trace, source: Samplers, wave: Wave, tiles: Rectangles | None,
                hits: Hits) -> Hits:
-        """Add the light of all lights at the hits. Return the hits of the last shadow rays, or
-        ``hits`` without shadow rays."""
+        """Add the light of all lights at the hits. Return the hits of the last shadow rays;
+        without shadow rays, return ``hits``."""
         assert self.room is not None
         room, context = self.room, self.gpu.context
         if "kept hits" in room:
@@ -209,8 +209,8 @@ class Whitted(Integrator):
 
 
 def places_in_pixel(samples: int) -> Iterator[tuple[float, float]]:
-    """Yield the offset of each sample from the pixel's centre, in pixels, equal for all pixels. If
-    a pixel with 2^k samples is divided into 2^i columns and 2^(k - i) rows, each cell contains
+    """Yield each sample's offset from the pixel's centre, in pixels. All pixels use equal offsets.
+    If a pixel with 2^k samples is divided into 2^i columns and 2^(k - i) rows, each cell contains
     exactly one sample."""
     cells = 1 << (samples - 1).bit_length()
     for first in range(0, samples, _AT_ONCE):    # 2^24 samples in one block would need gigabytes

@@ -57,7 +57,7 @@ class Figure:
         Parameters
         ----------
         width : largest width of pictures in pixels
-        known : the figures of the page, to which links are kept
+        known : the figures of the page; links to these figures are kept
         """
         body = self.text.strip()
         if body.startswith("# "):
@@ -108,8 +108,8 @@ def _within(token: Any, folder: Path, known: Collection[str]) -> None:
 
 
 def _embedded(folder: Path, url: str, text: str, width: int) -> str:
-    """Return HTML with the picture that a text names. Only pictures in the folder of the figures
-    are embedded, because the page may be published."""
+    """Return HTML with the picture that a text names. Embed only pictures in the folder of the
+    figures, because the page may be published."""
     name = unquote(url)
     try:
         path = (folder / name).resolve()

@@ -26,7 +26,7 @@ from ..tracer import Tracer
 
 FRAMES = 60      # largest number of frames of a film
 WHITE = 255
-WIDEST = 1 << 14     # so wide that no picture with a pixel for each ray is shrunk
+WIDEST = 1 << 14     # largest width in pixels; never shrinks a picture with a pixel for each ray
 SEAM = 1         # rows between the frames, so that no frame shows its neighbour
 
 
@@ -40,7 +40,7 @@ class _Film:
         self.titles: list[str] = []
 
     def look(self, one: Pass) -> None:
-        """Add a pass to the film, if its frame is due."""
+        """Add a pass to the film if a frame is due."""
         self.passes[:] = [one]
         if self.chooser.takes(one.live):
             self._add(one)
@@ -80,8 +80,8 @@ class _Film:
 
 
 def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
-    """Return HTML with the passes of a method over eye rays as a film. From frame to frame, the
-    same share of the rays ends."""
+    """Return HTML with a film of a method's passes over eye rays. From frame to frame, the same
+    share of the rays ends."""
     rays = size[0] * size[1]
     with Tracer(scene, method, schedule="step") as tracer:
         origins, directions = scene.camera.rays(size)
@@ -116,8 +116,8 @@ def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
 
 
 def heat_maps(scene: Scene, methods: Sequence[str], size: tuple[int, int]) -> str:
-    """Return HTML with the heat maps of several methods on one scale: the kernel runs of each
-    pixel's ray."""
+    """Return HTML with heat maps of several methods on one scale. A map shows the kernel runs of
+    each pixel's ray."""
     maps = []
     for method in methods:
         with Tracer(scene, method, statistics=True) as tracer:
@@ -157,7 +157,7 @@ def _scale(low: float, high: float, unit: str) -> str:
 
 
 def or_why_not(make: Callable[[], str]) -> str:
-    """Return the result of ``make``, or HTML with its error message, to write the page anyway."""
+    """Return the result of ``make``; on an error, return HTML with the error message instead."""
     try:
         return make()
     except Error as failure:

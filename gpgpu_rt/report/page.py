@@ -30,8 +30,8 @@ WIDTHS = (1400, 1000, 700, 450)
 PARTS = importlib.resources.files(__package__)
 STYLE, SCRIPT = (PARTS.joinpath(name).read_text(encoding="utf-8")
                  for name in ("page.css", "page.js"))
-# The content security policy forbids all requests, so that even a faulty page cannot contact a
-# server, and all scripts except the page's own, whose digest it names.
+# The content security policy forbids all requests, so even a faulty page cannot contact a server.
+# The policy allows only the page's own script, whose digest it names.
 _DIGEST = base64.b64encode(hashlib.sha256(SCRIPT.encode()).digest()).decode()
 _HEAD = f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">
@@ -83,8 +83,8 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
     size : (width, height) in rays of the films and heat maps
     films : whether to make films and heat maps, which takes a minute and needs an OpenGL context
     say : called with each line about progress
-    web : the folder that ``make web`` writes. The page links to its pages that belong to a figure.
-        The links are relative, so publish the page and the folder together
+    web : the folder that ``make web`` writes. The report links to pages of this folder that belong
+        to a figure. The links are relative, so publish the report and the folder together
 
     Raises
     ------
@@ -100,8 +100,8 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
     made: dict[tuple[Any, ...], str] = {}
 
     def once(make: Callable[..., str], *arguments: Any) -> str:
-        """Return the HTML of a film or of heat maps, made once although the page may be assembled
-        again."""
+        """Return the HTML of a film or of heat maps. Make each only once, although the page may be
+        assembled again."""
         key = make, arguments
         if key not in made:
             what = arguments[0] if isinstance(arguments[0], str) else ", ".join(arguments[0])

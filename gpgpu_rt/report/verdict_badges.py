@@ -68,7 +68,7 @@ def verdict_line(one: JudgedFigure) -> str:
 
 
 def overview(figures: Iterable[JudgedFigure]) -> str:
-    """Return the section that counts the figures of each outcome and links to them."""
+    """Return the section that counts the figures of each outcome and links to the figures."""
     every = list(figures)
     parts, counts = [], []
     for outcome in OUTCOMES:

@@ -26,8 +26,8 @@ class Outcome:
     ----------
     name : what came out
     words : the words of these verdicts
-    paper, ink : colours of a badge and of its text; those of "confirmed" and "contradicted" also
-        differ in lightness, for colour-blind readers
+    paper, ink : colours of a badge and of its text; "confirmed" and "contradicted" differ also in
+        lightness, for colour-blind readers
     """
 
     name: str
@@ -48,8 +48,8 @@ def outcome_of(word: str) -> Outcome:
 
 
 def score(verdict: Mapping[str, Any]) -> str:
-    """Return a clause on how much agrees with the survey, and on how many scenes; "" if nothing
-    was compared.
+    """Return a clause that says how much agrees with the survey, and on how many scenes; "" if
+    nothing was compared.
 
     Parameters
     ----------

@@ -11,8 +11,8 @@ from .material import Material
 
 
 def material_rows(values: Any, count: int, materials: Sequence[Material], name: str) -> np.ndarray:
-    """Check the indices of materials and return them as (count,) int32; None means the first
-    material."""
+    """Check the materials' indices and return the indices as (count,) int32. None means the first
+    material for all."""
     if not materials:
         raise SceneError(f"{name}: no materials; give at least one")
     if values is None:
@@ -32,8 +32,8 @@ def material_rows(values: Any, count: int, materials: Sequence[Material], name: 
 
 def corner_values(values: Any, count: int, width: int, name: str,
                   what: str) -> np.ndarray | None:
-    """Check values of the triangles' corners and return them as (count, 3, width) float32; None
-    stays None. Values of width 3 are normals and get unit length. A triangle with three zero
+    """Check the values of triangles' corners and return the values as (count, 3, width) float32;
+    None stays None. Values of width 3 are normals and get unit length. A triangle with three zero
     normals is shaded flat."""
     if values is None:
         return None

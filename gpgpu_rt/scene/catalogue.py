@@ -23,24 +23,24 @@ Paint = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class NamedScene:
-    """A named scene.
+    """A scene that users load by its name.
 
     Attributes
     ----------
     name : the scene's name
-    triangles : number of triangles of the procedural version, or of ``file``
+    triangles : number of triangles of the procedural version; of ``file`` if ``make`` is None
     make : builds the procedural version; None if there is none
-    stand_in : the original that the procedural version replaces; None if the procedural version is
-        itself the original or does not exist
+    stand_in : the original that the procedural version replaces; None without a procedural
+        version, or if the procedural version is the original
     original : the source of the original, or "not available"; for a scene without an original,
         what the scene shows
-    page : for an original that cannot be fetched, where its owner publishes it, or that it was
-        never published, and under which name to save a mesh; else None
+    page : a hint for an original that cannot be fetched: the owner's page, if any, and the file
+        name for a user's own mesh; None for other scenes
     light : position of the light for the scene's mesh; None for a light beside the camera
     paint : makes colours, (n, 3), for a mesh without colours
     takes_argument : whether ``make`` has an argument, as in ``stadium:1e-3``
-    file : the path of the scene's file in a folder of meshes; None for NAME.ply, NAME.obj and so
-        on
+    file : the path of the scene's file in a folder of meshes; None if the file is NAME.ply,
+        NAME.obj or the like
     """
 
     name: str
@@ -55,7 +55,7 @@ class NamedScene:
     file: str | None = None
 
 
-PUBLISHED = "originals"     # folder of published files that an animation reads
+PUBLISHED = "originals"     # subfolder with the published files that animations read
 _BART = "BART (Lext, Assarsson, Moeller), Chalmers: "
 _BART_FILES = f"{PUBLISHED}/BART-Animations/"
 
@@ -198,7 +198,7 @@ def original_file(place: PurePath) -> Path | None:
 
     Parameters
     ----------
-    place : REPOSITORY/PATH, the repository without its owner
+    place : REPOSITORY/PATH, without the repository's owner
     """
     candidates = (folder / PUBLISHED / place for folder in folders())
     return next((path for path in candidates if path.is_file()), None)

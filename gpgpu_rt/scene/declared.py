@@ -31,7 +31,7 @@ def check_declared(path: Path) -> None:
     ValueError
         the file is truncated, or its header declares more data than the file holds
     SceneError
-        a texture of the file cannot be read; trimesh would silently leave it out
+        a texture of the file cannot be read; trimesh would silently omit the texture
     LimitError
         the decoded mesh would exceed the memory budget
     """
@@ -101,8 +101,8 @@ def _check_ply(path: Path, size: int) -> None:
                 raise ValueError(f"its header declares {count} of {name}, but the file has "
                                  f"{size} bytes")
         elif words[:1] == ["property"] and len(words) > 2:
-            # Add the least size of a value: in text 2 bytes, a digit and a separator. A list may
-            # be empty, so add only the size of its length.
+            # Add the smallest size of a value. In a text file, a digit and a separator need 2
+            # bytes. A list may be empty, so add only the size of its length field.
             needed += count * (2 if ascii_ else _PLY_BYTES.get(
                 words[2] if words[1] == "list" else words[1], 1))
         elif "texturefile" in line.lower() and words[:1] == ["comment"]:
@@ -119,7 +119,7 @@ def _check_ply(path: Path, size: int) -> None:
 def _check_gltf(path: Path, size: int) -> None:
     with open_input(path) as file:
         content = file.read(size)
-    inner = 0       # bytes of the binary chunk; a buffer without a URI means this chunk
+    inner = 0       # bytes of the binary chunk, the content of a buffer without a URI
     if content[:4] == b"glTF":
         length = int.from_bytes(content[12:16], "little")
         text = content[20:20 + length]
@@ -159,7 +159,7 @@ def _check_tree(path: Path, tree: Mapping[str, Any], size: int, inner: int) -> N
             positions += points
             corners += (accessors[_whole(primitive["indices"])]["count"]
                         if "indices" in primitive else points)
-    # trimesh decodes positions to float64 and indices to int64 for each primitive, even if shared.
+    # trimesh decodes positions to float64 and indices to int64, again for each primitive.
     stored = size + sum(buffers)
     check_bytes(sum(sizes) + sum(view["byteLength"] for view in views) + 24 * positions, stored,
                 str(path))
@@ -190,7 +190,7 @@ def _accessor_bytes(k: int, entry: Mapping[str, Any], views: Any, there: int) ->
         needed = (count - 1) * stride + each if count else 0
     else:
         # An accessor without a view is filled with zeros, so even a small file could declare a
-        # huge one. Limit its count to the number of bytes in all buffers.
+        # huge accessor. Limit the count to the number of bytes in all buffers.
         needed = count
     if needed > there:
         raise ValueError(f"accessors[{k}] declares {count} values, but its data holds fewer")
@@ -228,8 +228,8 @@ _CHECKS: Mapping[str, Callable[[Path, int], None]] = {
 
 
 def whole_text(path: Path) -> bytes | None:
-    """Return the file's content with its text converted to UTF-8, or None if the text already is
-    UTF-8, so that trimesh can read the file. In a binary STL, zeros replace the text."""
+    """Return the content of a file whose text is not UTF-8, with the text converted to UTF-8 for
+    trimesh; None for any other file. In a binary STL, zeros replace the text of the header."""
     suffix = path.suffix.lower()
     if suffix == ".ply":
         header = ply_header(path)

@@ -1,4 +1,4 @@
-"""Framing: the default camera and the default light of a scene that declares none."""
+"""Framing: chooses a camera and a light for a scene that declares none."""
 from __future__ import annotations
 
 import itertools
@@ -11,14 +11,14 @@ from .light import PointLight
 from .sight import first_seen, shows_back
 
 MARGIN = 0.08           # share of the picture's width and height that stays empty on each side
-ALONG: Vector = (-0.45, -0.35, -1.0)    # view from outside: slightly from above and from the right
+ALONG: Vector = (-0.45, -0.35, -1.0)    # view direction: the eye is above and to the right
 INSIDE_FOV = 65.0       # degrees; wide enough to show most of a room from inside
-_ROWS = 1 << 20         # points per block of projections, which bounds the memory
+_ROWS = 1 << 20         # points that are projected at a time, to bound the memory
 # `inside` tests whether the 2^14 largest triangles hide 64 sampled triangles.
 _LARGEST, _SAMPLE = 1 << 14, 64
 
-# Candidate directions from the eye to the light, as (up, right, forward). The first one without a
-# blocker wins.
+# Candidate directions from the eye to the light, as (up, right, forward). If the first is blocked,
+# `beside` chooses the candidate with the light farthest from the eye.
 _ASIDE = np.array([(0.9, -0.6, 0), (0.9, 0.6, 0), (0.4, -1, 0), (0.4, 1, 0), (0.2, -0.8, 0.6),
                    (0.2, 0.8, 0.6), (0.7, 0, 0.7), (1, 0, 0), (0.3, 0, 1)])
 _CLEAR = 0.7            # a blocked light moves to this share of the distance to the blocker
@@ -26,7 +26,7 @@ _CLEAR = 0.7            # a blocked light moves to this share of the distance to
 
 def framed(points: np.ndarray, size: Sequence[int] = (1, 1), *, fov: float = 45.0,
            along: Vector = ALONG, margin: float = MARGIN) -> Camera:
-    """Return the nearest camera that sees all points, y up, with a margin around them.
+    """Return the nearest camera that sees all points with a margin around them. The y axis is up.
 
     In at least one of the two image directions, the points touch the margins on both sides.
 
@@ -88,10 +88,10 @@ def inside(triangles: np.ndarray, outside: Camera) -> Camera | None:
     """Return a camera inside the mesh if the mesh is a room; None for any other mesh, or if no
     tested place in the room is suitable.
 
-    A mesh counts as a room if a camera outside sees the backs of many triangles, and if the
-    largest triangles, such as walls and table tops, hide many triangles from all sides. The second
-    condition excludes objects whose triangles face inwards. The limits of the two shares, 0.4 and
-    0.25, lie between values measured for rooms and for objects.
+    A mesh counts as a room if two conditions hold. A camera outside sees backs at more than 0.4
+    of its hits. The largest triangles, such as walls and table tops, hide more than 0.25 of all
+    triangles from every side; this excludes objects whose triangles face inwards. Both limits lie
+    between values of rooms and of objects.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def inside(triangles: np.ndarray, outside: Camera) -> Camera | None:
 
 
 def _hides(triangles: np.ndarray, large: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> bool:
-    """Return whether more than a quarter of a sample of triangles is hidden from six sides."""
+    """Return whether more than a quarter of the sampled triangles is hidden from all six sides."""
     sample = np.linspace(0, len(triangles) - 1, min(len(triangles), _SAMPLE)).astype(np.int64)
     middle = triangles[sample].mean(axis=1, dtype=np.float64)
     hidden = np.ones(len(sample), bool)

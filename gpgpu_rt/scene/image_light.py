@@ -1,15 +1,15 @@
-"""Image light: samples directions to a surrounding image in proportion to its luminance.
+"""Image light: samples directions in proportion to the luminance of a surrounding image.
 
 The image is filtered bilinearly: radiance is a bilinear function in each cell between four texel
 centres. In each row of cells, samples are exactly proportional to the luminance of this function.
 The first random number chooses a row, the second a cell of the row; the remainders of the numbers
-give the position in the cell. A cell's probability is proportional to its luminance times the
-cosine of the row's latitude. The density of a direction therefore depends only on its radiance and
+give the position in the cell. A cell's probability is proportional to its luminance times its
+solid angle. The density of a direction therefore depends only on the direction's radiance and
 latitude.
 
 Pharr and Humphreys ("Infinite Area Light Source with Importance Sampling", 2004) choose a texel
 instead. But bilinear filtering spreads a small sun to neighbouring texels, which their method
-samples too rarely. ``glsl/render/image_light.glsl`` does the same as this module.
+samples too rarely. ``glsl/render/image_light.glsl`` contains the same method as this module.
 """
 from __future__ import annotations
 
@@ -71,8 +71,8 @@ class ImageLight:
         return np.clip(np.floor(down * height + 0.5).astype(np.int64), 0, height)
 
     def density(self, directions: np.ndarray, radiance: np.ndarray) -> np.ndarray:
-        """Return (n,) the probability density per steradian of (n, 3) unit directions that have
-        the given radiance, (n, 3)."""
+        """Return the probability density per steradian, (n,), of (n, 3) unit directions with
+        (n, 3) ``radiance``."""
         across = np.maximum(np.hypot(directions[:, 0], directions[:, 2]), 1e-30)
         return luminance(radiance) * self.cosine[self.row(directions)] / (self.power * across)
 
@@ -81,8 +81,8 @@ class ImageLight:
         numbers in (0, 1)."""
         height, width = self.texels.shape[:2]
         row = np.searchsorted(self.rows, random[:, 0], side="right")
-        # Adding each row's number makes one ascending sequence of all rows' sums, so that a single
-        # search finds the cells of all samples.
+        # Add each row's number to the row's sums. The sums of all rows then ascend, so that a
+        # single search finds the cells of all samples.
         ordered = (self.cells + np.arange(height + 1.0)[:, None]).ravel()
         at = np.searchsorted(ordered, random[:, 1] + row, side="right")
         column = at - row * width
@@ -108,12 +108,12 @@ class ImageLight:
 
 def _rest(sums: np.ndarray, entry: np.ndarray, first: np.ndarray, random: np.ndarray
           ) -> np.ndarray:
-    """Return the position of each random number in the interval of its entry, (n,) in [0, 1)."""
+    """Return the position, (n,) in [0, 1), of each random number between two consecutive sums."""
     below = np.where(first, 0, sums[entry - 1]).astype(np.float64)
     return (random - below) / (sums[entry] - below)
 
 
 def _linear(here: np.ndarray, there: np.ndarray, random: np.ndarray) -> np.ndarray:
-    """Return (n,) samples in [0, 1] of a density linear from ``here`` to ``there``."""
+    """Return (n,) samples in [0, 1] whose density is linear from ``here`` to ``there``."""
     root = np.sqrt(here ** 2 + random * (there ** 2 - here ** 2))
     return random * (here + there) / np.maximum(here + root, 1e-30)

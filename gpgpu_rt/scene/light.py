@@ -23,9 +23,9 @@ class PointLight:
     Attributes
     ----------
     position : (3,), world units
-    intensity : (3,), the radiance that a white surface reflects if it faces the light: its
-        irradiance divided by pi. The light does not decrease with distance, as by default in
-        OpenGL's fixed-function lighting
+    intensity : (3,), the radiance that a white surface reflects if it faces the light: the
+        surface's irradiance divided by pi. The light does not decrease with distance; OpenGL's
+        fixed-function lighting has the same default
     """
 
     position: Any
@@ -38,8 +38,7 @@ class PointLight:
 
 @dataclass(frozen=True)
 class Environment:
-    """The light that rays find when they miss all triangles. ``constant``, ``sky`` and
-    ``surrounded`` make environments.
+    """The light of the surroundings, for rays that miss all triangles.
 
     Attributes
     ----------
@@ -113,10 +112,10 @@ class Environment:
         """Return the coefficients, (4, 3) float64, of the light that a white surface reflects.
 
         Without shadows, a surface of normal n reflects row 0 plus the product of n and rows 1 to
-        3. This is exact for a sky. For an image, these are the constant and the linear spherical
-        harmonics, which suffice for Whitted's ambient term (Ramamoorthi and Hanrahan, 2001, also
-        use the quadratic harmonics). For a backdrop, they are 0, because the shaders have a
-        formula for it.
+        3. This is exact for a sky. For an image, the coefficients are the constant and the linear
+        spherical harmonics, which suffice for Whitted's ambient term. (Ramamoorthi and Hanrahan,
+        2001, use the quadratic harmonics too.) For a backdrop, the coefficients are 0, because
+        the shaders have a formula.
         """
         if self.kind == "backdrop":
             return np.zeros((4, 3))

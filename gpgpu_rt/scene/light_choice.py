@@ -1,4 +1,4 @@
-"""Light choice: a table that turns two random numbers into a shadow ray's light."""
+"""Light choice: chooses the light of a shadow ray from two random numbers, with a table."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -15,8 +15,8 @@ def asks_surroundings(scene: Scene) -> bool:
     """Return whether next-event estimation samples the surroundings of a scene.
 
     An image is always sampled, because it may be bright in a few small places. A sky is smooth, so
-    bounced rays find its light equally well; it is sampled only if the scene has no other light,
-    because it would take shadow rays from other lights.
+    bounced rays find the sky's light equally well. Sampling the sky would leave fewer shadow rays
+    for other lights, so a sky is sampled only if the scene has no other light.
     """
     if scene.environment is None or not scene.environment.emits:
         return False
@@ -41,7 +41,7 @@ class LightChoice:
     keep : Probability to choose ``triangle`` and not ``alias``, (n,) float32 in [0, 1].
     point_probability : Probability of each point light, (p,) float64.
     density : Probability density of a point on an emitting triangle, per square world unit,
-        divided by the luminance of its emission; the same for all triangles.
+        divided by the luminance of the triangle's emission; the same for all triangles.
     far : Probability of the surroundings.
     """
 
@@ -59,11 +59,11 @@ class LightChoice:
     def of(cls, scene: Scene) -> LightChoice:
         """Return the light choice of a scene.
 
-        The weight of a triangle is its area times the luminance of its emission. A point light,
-        which does not decrease with distance, weighs as much as a triangle that gives the same
-        light at half the scene's extent. The surroundings weigh as much as a point light of their
-        power, but at most as much as all other lights together, as they may be hidden where the
-        other lights reach.
+        A triangle weighs its area times the luminance of its emission. A point light, which does
+        not decrease with distance, weighs as much as a triangle that gives the same light at half
+        the scene's extent. The surroundings weigh as much as a point light of their power, but at
+        most as much as all other lights together: objects may hide the surroundings where other
+        lights reach.
         """
         rows = scene.emitters
         corners = scene.triangles[rows].astype(np.float64)
@@ -97,8 +97,7 @@ class LightChoice:
         intensity = np.array([light.intensity for light in lights]).reshape(-1, 3)
         chance = np.where(self.point_probability > 0, self.point_probability, 1)
         return {"position": np.array([light.position for light in lights]).reshape(-1, 3),
-                # A white surface's irradiance is pi times the radiance ``intensity`` that it
-                # reflects.
+                # A white surface's irradiance is pi times ``intensity``, its reflected radiance.
                 "strength": np.pi * intensity / chance[:, None]}
 
     def far_uniforms(self, scene: Scene) -> dict[str, object]:
@@ -109,7 +108,7 @@ class LightChoice:
 
     def choose(self, random: np.ndarray, coin: np.ndarray) -> np.ndarray:
         """Return (n,) chosen lights, named as in ``triangle``, for (n,) random numbers in (0, 1):
-        ``random`` picks an entry, ``coin`` its light or alias."""
+        ``random`` picks an entry, and ``coin`` picks the entry's light or its alias."""
         entry = np.minimum((random * len(self)).astype(np.int64), len(self) - 1)
         return np.where(coin < self.keep[entry], self.triangle[entry], self.alias[entry])
 
@@ -117,10 +116,10 @@ class LightChoice:
 def _alias(probabilities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the probability to keep each entry, and the alias of each entry.
 
-    Entries above the mean, the givers, fill in order the deficits of entries below the mean. The
-    last deficit usually exceeds the rest of a giver's surplus; the giver then has a deficit
-    itself, which the next giver fills. Cumulative sums of deficits and surpluses replace Vose's
-    loop by one search.
+    Givers are the entries above the mean. In order, givers fill the deficits of the entries below
+    the mean. The last deficit of a giver usually exceeds the rest of its surplus; the giver then
+    has a deficit itself, which the next giver fills. A search in the cumulative sums of deficits
+    and surpluses replaces Vose's loop.
     """
     count = len(probabilities)
     scaled = probabilities * count

@@ -73,12 +73,12 @@ def _read(path: Path, row: catalogue.NamedScene | None = None) -> Scene:
 
 def scene_of(mesh: Mesh, path: Path, row: catalogue.NamedScene | None = None,
              moving: bool = False) -> Scene:
-    """Return the scene of the mesh of a file.
+    """Return the scene of a mesh that was read from a file.
 
     Parameters
     ----------
     mesh : the mesh
-    path : the mesh's file; `cameras.json` beside it may have a camera
+    path : the mesh's file; `cameras.json` in the same folder may have a camera
     row : the named scene of the file, or None
     moving : whether the triangles will move
     """
@@ -114,7 +114,7 @@ def list_scenes() -> list[dict[str, Any]]:
 
     - `name`;
     - `triangles`, the number of triangles, or None if the mesh cannot be read;
-    - `found`, the path of the mesh; without a mesh file, "built in", "stand-in" or "missing";
+    - `found`, the path of the mesh file; "built in", "stand-in" or "missing" without such a file;
     - `stand_in`, the original that a built-in scene replaces, or None;
     - `original`, as in `catalogue.NamedScene`.
     """

@@ -10,26 +10,26 @@ from ..errors import SceneError
 from .texture import Texture
 from .values import Vector, number, vector
 
-GREY: Vector = (0.60, 0.58, 0.54)    # diffuse share of a material without any declared part
+GREY: Vector = (0.60, 0.58, 0.54)    # diffuse share of a material that declares no part
 LEAST_ROUGHNESS = 0.01
 
 
 @dataclass(frozen=True)
 class Material:
-    """The reflection, refraction and emission of a surface, which add up. Both sides of a triangle
-    behave alike, except for dielectrics.
+    """The reflection, refraction and emission of a surface; their light adds up. Both sides of a
+    triangle behave alike, except those of a dielectric.
 
     Attributes
     ----------
     name : the material's name in errors, scene files and mesh files
-    diffuse : (3,) share of light that is scattered by Lambert's law; by default white with a
-        texture, light grey if no other part is given, else black
+    diffuse : (3,) share of light that is scattered by Lambert's law. Default: white with a
+        texture; without one, light grey if no other part is given, else black
     mirror : (3,) share that is reflected in the mirror direction
     glossy : (3,) share that is reflected into a lobe around the mirror direction
     roughness : roughness r of the lobe, 0.01 to 1: the lobe is cos^n with n = 2 / r^2 - 2
     ior : None, or for a dielectric the refractive index inside divided by the index outside. A
-        dielectric reflects by Fresnel's equations and refracts the rest, so it has no other
-        reflecting part. The corners of its triangles run anticlockwise as seen from outside
+        dielectric reflects by Fresnel's equations and refracts the rest, so the three shares above
+        must be 0. Seen from outside, the corners of its triangles run anticlockwise
     emission : (3,) radiance that both sides emit in all directions
     texture : None, or the texture that multiplies ``diffuse``
     """

@@ -87,7 +87,7 @@ def fans(first: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Cut p polygons into n triangles. Return the indices of the triangles' corners, (n, 3), and
     the polygon of each triangle, (n,).
 
-    A quad becomes 0 1 2 and 2 3 0, a larger polygon a fan around corner 0, a smaller one nothing.
+    A quad becomes 0 1 2 and 2 3 0. Any other polygon becomes a fan around corner 0.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Mesh file: reads arrays and materials of a file, by trimesh except for OBJ and AFF."""
+"""Mesh file: reads the arrays and materials of a file; trimesh reads all but OBJ and AFF."""
 from __future__ import annotations
 
 import contextlib
@@ -25,7 +25,7 @@ from .obj_file import UNPAINTED, read_obj
 from .texture import quietly
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf", ".aff")
-# Messages of trimesh to drop. Missing face normals of an STL file follow from the corners.
+# Messages of trimesh to drop. If an STL file lacks face normals, they follow from the corners.
 _HARMLESS = ("failed to extract face_normals",)
 
 
@@ -59,8 +59,8 @@ def read(path: Path, groups: bool = False) -> Mesh:
 
 @contextlib.contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Turn exceptions of file readers in this context into errors of one line that name the file.
-    A LimitError passes unchanged."""
+    """Turn exceptions of file readers in this context into one-line errors that name the file. A
+    LimitError passes unchanged."""
     try:
         yield
     except LimitError:
@@ -98,8 +98,8 @@ def _read(path: Path, groups: bool) -> Mesh:
 
 @contextlib.contextmanager
 def trimeshs_notes(path: Path) -> Iterator[None]:
-    """Turn trimesh's log messages in this context into warnings of one line; drop harmless
-    ones."""
+    """Turn trimesh's log messages in this context into one-line warnings; drop harmless
+    messages."""
     log, said = logging.getLogger("trimesh"), _Notes()
     before = log.propagate
     log.addHandler(said)
@@ -124,8 +124,7 @@ class _Notes(logging.Handler):
 
 
 def flatten(mesh: trimesh.Trimesh | trimesh.Scene) -> Mesh:
-    """Return the arrays of a mesh, or the joined arrays of all instances of a scene, each placed
-    by its transform."""
+    """Return the arrays of a mesh. For a scene, transform its instances and join their arrays."""
     if not isinstance(mesh, trimesh.Scene):
         return _join([(mesh, None, "mesh")])
     placed = [(node, *mesh.graph[node]) for node in mesh.graph.nodes_geometry]
@@ -187,8 +186,8 @@ def _in_range(faces: np.ndarray, count: int) -> bool:
 
 
 def _colours(mesh: trimesh.Trimesh, material: Material | None) -> np.ndarray | None:
-    """Return (n, 3) colours in [0, 1] of faces, from a mesh's face colours, vertex colours or
-    material, or None."""
+    """Return the colours of a mesh's faces, (n, 3) in [0, 1], from face colours, vertex colours or
+    the material; None without any."""
     visual = mesh.visual
     if not _whole(mesh):
         return None  # `Scene.from_arrays` reports the index that is out of range

@@ -78,8 +78,8 @@ def of_mtl(name: str, said: Mapping[str, Any], textures: Textures, image: Any = 
            plain: np.ndarray | None = None) -> Material:
     """Return the material of a Wavefront MTL entry.
 
-    The key illum decides the kind of material: with 3, 5 and 8, a mirror that reflects Ks; with 4,
-    6, 7 and 9, a dielectric of index Ni; with 2, glossy with share Ks and exponent Ns.
+    The key illum decides the kind of material: 3, 5 and 8 mean a mirror that reflects Ks; 4, 6, 7
+    and 9 mean a dielectric of index Ni; 2 means a glossy share Ks with exponent Ns.
 
     Parameters
     ----------
@@ -117,10 +117,10 @@ def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material
     """Return the material of a glTF entry.
 
     The metallic share reflects light in the base colour, as a mirror if the surface is smooth and
-    into a glossy lobe otherwise. The rest is diffuse. The 4 % reflection of other surfaces is
-    omitted. A material without a metallic factor counts as no metal; the format says all metal,
-    but few authors intend this. A texture varies only the diffuse share; metallic reflection and
-    emission use the mean of their textures.
+    into a glossy lobe otherwise. The rest is diffuse. The 4 % reflection of non-metals is
+    omitted. A material without a metallic factor counts as non-metallic. By the format's default
+    it would be metallic, but few authors intend this. A texture varies only the diffuse share;
+    metallic reflection and emission use the mean of their textures.
     """
     factor = said.get("baseColorFactor")    # trimesh stores the factor in bytes, 0 to 255
     base = np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255
@@ -138,7 +138,7 @@ def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material
 
 
 def _grey() -> np.ndarray:
-    """Return trimesh's colour for a file without one, (4,) in [0, 255]."""
+    """Return trimesh's colour for a file without colours, (4,) in [0, 255]."""
     return np.asarray(trimesh.visual.color.DEFAULT_COLOR)
 
 
@@ -148,7 +148,7 @@ class Resolver:
     Parameters
     ----------
     path : the mesh file
-    uris : whether names are URIs, as in glTF, which may write a space as %20
+    uris : whether names are URIs, which may write a space as %20; true for glTF
     """
 
     def __init__(self, path: Path, uris: bool = False) -> None:
@@ -165,8 +165,8 @@ class Resolver:
 
 
 def check_image(path: Path, image: Path) -> None:
-    """Raise SceneError if an image that the file at ``path`` names cannot be read (trimesh would
-    silently leave it out), or LimitError if it is too large."""
+    """Raise SceneError if an image cannot be read, or LimitError if the image is too large. The
+    file at ``path`` names the image; trimesh would silently omit an unreadable image."""
     if not is_file(image):
         known = "" if not image.name.startswith("-") else " (options before the name are not read)"
         raise SceneError(f"{path}: no such texture {image.name}{known}; put the texture there, or "

@@ -19,8 +19,8 @@ class LibraryMaterial:
     ----------
     path : the library's file
     name : the material's name
-    said : key in lower case -> the words after the key; a single word, the file name, after
-        ``map_kd`` or ``map_ke``
+    said : key in lower case -> the words after the key; for ``map_kd`` and ``map_ke``, a list with
+        only the whole file name
     """
 
     path: Path

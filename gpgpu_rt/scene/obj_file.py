@@ -1,9 +1,9 @@
-"""OBJ file: a reader for Wavefront's mesh format, in a time that depends only on the file's size.
+"""OBJ file: reads Wavefront's mesh format in a time that depends only on the file's size.
 
 trimesh's reader needs more time and memory with each change of the material. It drops normals and
-texture coordinates unless all corners under a material have them, and reorders faces if some are
-quads. This reader keeps the order of the faces, and keeps normals and texture coordinates of every
-face that has them at all corners.
+texture coordinates unless all corners of a material have them, and it reorders faces if some faces
+are quads. This reader keeps the order of the faces. It keeps normals and texture coordinates of
+every face that has them at all corners.
 """
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def read_obj(path: Path, groups: bool) -> Mesh:
     Parameters
     ----------
     path : the OBJ file
-    groups : whether to divide the mesh into parts: the file's groups or, without groups, its
-        objects
+    groups : whether to divide the mesh into parts: the file's groups, or without groups the
+        file's objects
 
     Raises
     ------
@@ -73,7 +73,7 @@ def read_obj(path: Path, groups: bool) -> Mesh:
 
 def _picked(values: np.ndarray, at: np.ndarray, width: int) -> np.ndarray | None:
     """Return the values of corners, (n, 3, width): zeros for a face that lacks a value at any
-    corner; None if all faces do."""
+    corner; None if every face does."""
     some = ((at >= 0) & (at < len(values))).all(axis=1)
     if not some.any():
         return None
@@ -102,9 +102,9 @@ def _libraries(path: Path, text: _Text) -> dict[str, LibraryMaterial]:
 
 
 class _Corners(NamedTuple):
-    """The corners of n triangles: ``place``, ``uv`` and ``normal``, (n, 3) int64 indices of
-    vertices, texture coordinates and normals, negative if missing; and ``line``, (n,), the line of
-    each triangle's face."""
+    """The corners of n triangles. ``place``, ``uv`` and ``normal`` are (n, 3) int64 indices of
+    vertices, texture coordinates and normals; a missing index is negative. ``line``, (n,), is the
+    line of each triangle's face."""
 
     place: np.ndarray
     uv: np.ndarray
@@ -113,8 +113,8 @@ class _Corners(NamedTuple):
 
     @classmethod
     def of(cls, text: _Text, points: int) -> _Corners:
-        """Return the corners of a file's faces; raise ValueError unless all their vertices are
-        among the ``points`` vertices."""
+        """Return the corners of a file's faces. Raise ValueError for a face with a vertex beyond
+        the file's ``points`` vertices."""
         rows = text.rows(b"f")
         words = [text.lines[row][1:].split() for row in rows.tolist()]
         sides = np.fromiter(map(len, words), np.int64, len(words))
@@ -150,9 +150,9 @@ def _indices(words: Sequence[bytes]) -> np.ndarray:
 
 
 def _count_from_zero(index: np.ndarray, declared: np.ndarray, line: np.ndarray) -> None:
-    """Convert indices to count from 0, in place. In the file, a negative index counts back from
-    the last value before its line. Afterwards, a negative index means a missing index, or an index
-    before the first value."""
+    """Convert a file's indices in place, so that they count from 0. In the file, a negative index
+    counts back from the last value before the index's line. Afterwards, a negative index is
+    missing or lies before the first value."""
     back = index < 0
     if back.any():
         before = np.searchsorted(declared, line[back])
@@ -195,7 +195,7 @@ class _Text:
         return decoded(self.lines[row][len(word):].strip())
 
     def columns(self, word: bytes) -> int:
-        """Return the fewest values of a line that begins with ``word``."""
+        """Return the smallest number of values in the lines that begin with ``word``."""
         rows = self.rows(word).tolist()
         return min((len(self.lines[row].split(None, 7)) - 1 for row in rows), default=0)
 
@@ -232,9 +232,9 @@ class _Text:
 
     def named_before(self, word: bytes, lines: np.ndarray, default: str
                      ) -> tuple[list[str], np.ndarray]:
-        """Return the names that apply to ``lines``, each once, and the index of each line's name:
-        the text after ``word`` (such as ``usemtl``) in the last earlier line that begins with it,
-        or ``default``."""
+        """Return the different names of ``lines``, and the index of each line's name. The name
+        follows ``word``, such as ``usemtl``, in the last earlier line that begins with ``word``.
+        Without such a line, the name is ``default``."""
         rows = self.rows(word)
         said = [default, *(self.body(row, word) or default for row in rows.tolist())]
         used, which = np.unique(np.searchsorted(rows, lines), return_inverse=True)

@@ -1,4 +1,4 @@
-"""Region: the rectangle of a picture that is drawn, with the same pixels as the whole picture."""
+"""Region: the part of a picture that is drawn; its pixels equal those of the whole picture."""
 from __future__ import annotations
 
 from collections.abc import Sequence

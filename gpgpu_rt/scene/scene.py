@@ -29,8 +29,8 @@ class Scene:
     ----------
     name : the name of the scene in tables and figures
     triangles : (n, 3, 3) float32, world units, in the order of the given faces
-    colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1], which the texture of
-        its material multiplies. All other properties come from the material
+    colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1]; the texture of the
+        triangle's material multiplies it. All other properties come from the material
     lights : the point lights, or a single light; triangles of emitting materials are also lights
     camera : the default camera of pictures
     stand_in : the name of the original that a procedural scene replaces; None for an original
@@ -64,7 +64,7 @@ class Scene:
     moving: bool = False
 
     def __post_init__(self) -> None:
-        # The check for finite values reports overflow.
+        # The check below for finite values reports overflow.
         with np.errstate(over="ignore"):
             self.triangles = np.ascontiguousarray(self.triangles, np.float32)
         if self.triangles.ndim != 3 or self.triangles.shape[1:] != (3, 3):
@@ -109,7 +109,7 @@ class Scene:
 
     @property
     def title(self) -> str:
-        """The scene's name, and the original that it stands in for."""
+        """The scene's name; a stand-in's name has the suffix " (stand-in)"."""
         return titled(self.name, self.stand_in)
 
     def facts(self) -> dict[str, Any]:
@@ -204,7 +204,7 @@ class Scene:
         faces : (n, 3) int
         colours : (n, 3) or (3,) in [0, 1]; by default the diffuse shares of the materials
         camera : by default, a camera that sees the whole scene from outside
-        light : by default, a light beside the camera that no triangle hides from it
+        light : by default, a light beside the camera, where no triangle hides the light
         name, source : the scene's name in tables, and its origin
         appearance : materials, material_of, normals, uv, lights (instead of light), environment,
             moving, as in Scene

@@ -1,4 +1,4 @@
-"""Scene file: meshes, materials, lights and a camera in JSON; docs/scene-files.md describes it."""
+"""Scene file: reads a scene from JSON; docs/scene-files.md describes the format."""
 from __future__ import annotations
 
 import re
@@ -171,7 +171,7 @@ class _SceneFile:
         return quad(*np.array(entry["quad"], np.float64))
 
     def _row(self, name: str | None, where: str) -> int:
-        """Return the row of the material of this name. Without a name, add a default material."""
+        """Return the row of the material ``name``. If name is None, add a default material."""
         if name is None:
             self.materials.append(Material())
             return len(self.materials) - 1
@@ -223,7 +223,7 @@ class _SceneFile:
         self.materials.append(self._said(make, where))
 
     def _said(self, make: Any, where: str = "") -> Any:
-        """Return the result of ``make``; its errors name the file and the key."""
+        """Return the result of ``make``; add the file and the key to its errors."""
         try:
             return make()
         except SceneError as error:
@@ -234,8 +234,8 @@ class _SceneFile:
 
 
 def _named(mesh: mesh_file.Mesh, word: str) -> np.ndarray:
-    """Return (n,) bool: the faces of the part or material of this name. A part with several
-    materials is stored as several parts with numbers after the name; all these parts count."""
+    """Return (n,) bool, whether each face belongs to a part or material named ``word``. A part
+    with several materials is stored as parts with numbers after the name; all of these count."""
     parts = [k for k, name in enumerate(mesh.parts)
              if name == word or re.fullmatch(re.escape(word) + r"_\d+", name)]
     materials = [k for k, m in enumerate(mesh.materials) if m.name == word]

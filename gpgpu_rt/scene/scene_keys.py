@@ -107,8 +107,8 @@ OBJECTS: Mapping[str, Mapping[str, Key]] = {
 
 
 def check(value: Any, kind: str, where: str, key: Key = Key("", "")) -> None:
-    """Raise SceneError, whose message begins with ``where``, unless the value has the given kind
-    and its numbers keep the bounds of ``key``."""
+    """Raise SceneError unless the value has the given kind and its numbers keep the bounds of
+    ``key``. The message begins with ``where``."""
     if kind.startswith(("list of ", "map of ")):
         many, _, one = kind.partition(" of ")
         shape = list if many == "list" else dict

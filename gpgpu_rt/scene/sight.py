@@ -5,7 +5,7 @@ import numpy as np
 
 from ..numerics.watertight import intersect_pairs
 
-_ROWS = 1 << 16      # triangles per block of culling, which bounds the memory
+_ROWS = 1 << 16      # triangles that are culled at a time, to bound the memory
 
 
 def first_seen(triangles: np.ndarray, eye: np.ndarray, directions: np.ndarray

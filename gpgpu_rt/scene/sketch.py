@@ -1,4 +1,4 @@
-"""Sketch: a small picture of a scene, drawn in milliseconds from points on its triangles."""
+"""Sketch: draws a small picture of a scene in milliseconds, from points on the triangles."""
 from __future__ import annotations
 
 import numpy as np
@@ -56,8 +56,8 @@ def sketch(triangles: np.ndarray, colours: np.ndarray, camera: Camera) -> Image.
 
 
 def _points(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Return POINTS points spread over the triangles, the unit normals and the rows of their
-    triangles, and the distance between neighbouring points."""
+    """Return POINTS points spread over the triangles, the unit normal and the row of each point's
+    triangle, and the distance between neighbouring points."""
     cross = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     size = np.linalg.norm(cross, axis=1)
     sums = np.cumsum(size)

@@ -19,7 +19,7 @@ from ..disk.budget import check_texels
 from ..disk.files import open_input
 from ..errors import LimitError, SceneError
 
-_BLOCK = 1 << 18    # texels per block of conversion, which bounds the memory
+_BLOCK = 1 << 18    # texels that are converted at a time, to bound the memory
 # Exceptions that Pillow raises for damaged files.
 _UNREADABLE = (OSError, ValueError, SyntaxError, EOFError, TypeError, IndexError, KeyError,
                OverflowError, struct.error, zlib.error, RuntimeError, AttributeError,
@@ -29,7 +29,7 @@ _UNREADABLE = (OSError, ValueError, SyntaxError, EOFError, TypeError, IndexError
 @contextlib.contextmanager
 def quietly() -> Iterator[None]:
     """Silence Pillow's warnings about large images in this context; the memory budget rejects
-    them."""
+    such images."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Image.DecompressionBombWarning)
         yield
@@ -94,7 +94,7 @@ class Texture:
 
     @classmethod
     def from_image(cls, image: Image.Image, name: str = "image") -> Texture:
-        """Return the texture of an sRGB PIL image; alpha is ignored. Messages call it ``name``.
+        """Return the texture of an sRGB PIL image; alpha is ignored. Errors use ``name``.
 
         Raises
         ------

@@ -1,9 +1,9 @@
 """All hits: every triangle that a ray passes through, nearest first, found by repeated tracing.
 
 Hits are in the order of (t, triangle). After a hit, the ray continues with the hit's t as its
-t_min; at exactly this t, it accepts only triangles with a higher index (``accept`` in
-``glsl/core/triangle.glsl``). So no hit is skipped, no offset is needed, and coincident triangles
-are all found.
+t_min. At exactly this t, the ray accepts only triangles with a higher index than the hit triangle
+(``accept`` in ``glsl/core/triangle.glsl``). No hit is skipped, no offset is needed, and all
+coincident triangles are found.
 """
 from __future__ import annotations
 
@@ -95,8 +95,8 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
         raise OptionError(f"max_hits is {max_hits}; give 0 or more, or None for all")
     fields = {**batch.given_fields(), "after": np.full(batch.count, -1)}
     status = batch.status()
-    # In the first round, also trace empty rays, so that packets match the tiles of the image. If
-    # the rays were sorted, empty rays are already left out.
+    # In the first round, trace rays with empty intervals too, so that packets match the tiles of
+    # the image. If the rays were sorted, the order already omits such rays.
     rays = np.arange(batch.count) if batch.order is None else batch.order.rays
     found: list[dict[str, np.ndarray]] = []
     height, width = batch.size[::-1]
@@ -108,7 +108,7 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
                                 **{name: fields[name][rays] for name in fields})
         hits, ended = trace(image.reshape(height, width, *NO_RAY.shape))
         ended = ended[:len(rays)]
-        # Drop the hit of a stopped ray, which may have a nearer hit.
+        # Drop the hit of a stopped ray, because the ray may have a nearer hit.
         status[rays[ended != TRACED]] = ended[ended != TRACED]
         some = np.flatnonzero((hits["triangle"][:len(rays)] != NO_TRIANGLE) & (ended == TRACED))
         rays = rays[some]

@@ -1,8 +1,8 @@
 """Build ahead: a CPU process builds the next frame's accelerator while passes trace this frame.
 
 B. C. Budge, J. C. Anderson, C. Garth, K. I. Joy, "A Hybrid CPU-GPU Implementation for Interactive
-Ray-Tracing of Dynamic Scenes", 2008 (survey, section 3.4): while the GPU traces frame n with a
-stack, the CPU builds the kd-tree of frame n + 1.
+Ray-Tracing of Dynamic Scenes", 2008 (Hachisuka's survey, section 3.4): while the GPU traces frame
+n with a stack, the CPU builds the kd-tree of frame n + 1.
 
 Departure: any accelerator that the CPU builds alone can be built ahead. The build runs in a
 separate process, because OpenGL calls hold Python's interpreter lock. The process is spawned,
@@ -31,7 +31,7 @@ from .sessions import Sessions
 
 
 class Coming(NamedTuple):
-    """A scene, and its accelerator in the making."""
+    """A scene, and the Future of its accelerator."""
 
     scene: Scene
     accelerator: Future[Accelerator]
@@ -53,7 +53,7 @@ class Builds:
                               "another process cannot run them; move frame by frame with update, "
                               "or leave build_device at cpu")
         self._session = session
-        # A context cannot be sent to another process; builds on the CPU need none.
+        # A context cannot be sent to another process; builds on the CPU need no context.
         self._options = {**session.options, "context": None}
         self._pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
 
@@ -95,7 +95,7 @@ def move_ahead(sessions: Sessions, positions: Iterable[np.ndarray]) -> Iterator[
 
 
 def _frames(sessions: Sessions, positions: Iterator[np.ndarray]) -> Iterator[None]:
-    """Yield once the first build has begun, then after each move."""
+    """Yield after the start of the first build, then after each move."""
     with sessions.moving() as session:
         builds = Builds(session)
     with builds:
@@ -127,7 +127,7 @@ def _begin(builds: Builds, sessions: Sessions,
 
 
 def _build(method: str, options: Mapping[str, Any], triangles: np.ndarray) -> Accelerator:
-    """Build, in the process of `Builds`, an accelerator whose tables hold plain arrays."""
+    """Build an accelerator in the process of `Builds`; its tables hold plain arrays."""
     with uncached():
         built = find_method(method).prepare(triangles, {**options, "charts": None})
     tables = {name: {field: np.asarray(values) for field, values in table.items()}

@@ -36,9 +36,9 @@ class Builder:
         return self._method.prepare(triangles, {**self._options, "charts": self._charts})
 
     def refit(self, accelerator: Accelerator, triangles: np.ndarray) -> Accelerator | None:
-        """Return the accelerator refitted to (n, 3, 3) stored triangles; None if it must be
-        rebuilt, because the method cannot refit, or the refitted SAH cost exceeds
-        ``rebuild_ratio`` times that of the last build."""
+        """Return the accelerator refitted to (n, 3, 3) stored triangles. Return None if a rebuild
+        is necessary: the method cannot refit, or the refitted SAH cost exceeds ``rebuild_ratio``
+        times the last build's cost."""
         ratio = self._options.get("rebuild_ratio", np.inf)
         if self._method.refit is None or ratio == 0:
             return None

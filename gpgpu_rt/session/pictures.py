@@ -56,7 +56,7 @@ class Pictures:
         try:
             pixels = waves.draw(drawer, rays, camera or session.scene.camera)
             self.gpu.check_error("rendering")
-        finally:    # also time an interrupted picture
+        finally:    # time interrupted pictures too
             self.statistics.trace_seconds = time.perf_counter() - began
         return Image.fromarray(pixels)
 
@@ -70,7 +70,7 @@ class Pictures:
         return found
 
     def unfinished(self) -> Image.Image | None:
-        """Return the picture of the integrator "path" so far, after an interrupt, or None."""
+        """Return the unfinished picture of the integrator "path" after an interrupt, or None."""
         if self.integrator is None or self.integrator.radiance is None:
             return None
         return Image.fromarray(self.integrator.show(self.integrator.radiance.astype(np.float64)))
@@ -110,7 +110,7 @@ class Pictures:
 
     def _drawer(self, session: Session, region: Region, integrator: str | None,
                 options: Mapping[str, Any]) -> Integrator:
-        """Return the integrator for a picture, the last one if it fits."""
+        """Return the last integrator if it fits the picture, else a new integrator."""
         kind, last = find_integrator(integrator), self.integrator
         asked = kind.asked(options, session.structure.precision)
         needs = SceneNeeds.of(session.scene, asked)
@@ -125,7 +125,7 @@ class Pictures:
         return self.integrator
 
     def follow(self, session: Session) -> None:
-        """From now on, shade the surfaces of this session."""
+        """Make the integrator shade the surfaces of this session from now on."""
         if self.integrator is not None:
             self.integrator.take(session.structure.shown)
 

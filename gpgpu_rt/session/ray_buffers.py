@@ -1,4 +1,4 @@
-"""Ray buffers: the textures of a call's rays and states, for reuse by later calls."""
+"""Ray buffers: keeps the textures of a call's rays and states for later calls."""
 from __future__ import annotations
 
 from ..gl.context import Gpu
@@ -11,7 +11,7 @@ from ..rays.textures import RayTextures, StateBuffers
 class RayBuffers:
     """The ray textures and state buffers of the last call.
 
-    A call with the same ``size`` and the same ``after_hit`` reuses them.
+    A call with the same ``size`` and ``after_hit`` reuses these textures.
 
     Parameters
     ----------

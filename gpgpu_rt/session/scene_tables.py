@@ -1,4 +1,4 @@
-"""Scene tables: the tables of accelerators as textures. A table is written only if it changed."""
+"""Scene tables: writes the tables of an accelerator into textures, if the tables changed."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -18,8 +18,8 @@ class SceneTables(dict[str, dict[str, moderngl.Texture]]):
 
     Attributes
     ----------
-    written : record name -> the accelerator's arrays that its textures hold
-    integers : record name -> the largest integer that its textures hold
+    written : record name -> the accelerator's arrays that the textures hold
+    integers : record name -> the largest integer that the textures hold
     """
 
     def __init__(self, gpu: Gpu, precision: Precision) -> None:

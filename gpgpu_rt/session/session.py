@@ -40,7 +40,7 @@ class Session:
     ----------
     structure : scene, accelerator and tables
     driver : runs the method's passes
-    eye_drivers : drivers for eye rays, in which the rasteriser bounds hit distances, or finds hits
+    eye_drivers : drivers for eye rays; the rasteriser bounds their hit distances, or finds hits
     buffers : textures of rays and states
     build_seconds, refit_seconds, rebuilt : as in ``Statistics``
     """
@@ -171,7 +171,7 @@ class Session:
         return counters
 
     def eye_driver(self, first_hits: str) -> Driver:
-        """Return the driver of a picture's rays: the method's driver within the eye drivers."""
+        """Return the driver that traces a picture's rays; see `EyeDrivers.over`."""
         return self.eye_drivers.over(self.driver, first_hits, self.structure.hit_triangles)
 
     # Moving ---------------------------------------------------------------------------------
@@ -179,7 +179,7 @@ class Session:
     def move(self, scene: Scene, built: Accelerator | None = None) -> None:
         """From now on, trace ``scene``: the same scene with moved triangles.
 
-        ``built`` is an accelerator over the moved triangles, if it exists already.
+        ``built`` is an accelerator over the moved triangles, if one exists already.
         """
         began = time.perf_counter()
         with self.gpu:

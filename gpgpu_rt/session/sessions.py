@@ -1,4 +1,4 @@
-"""Sessions: the one or two sessions of a tracer. Only one thread at a time can use them."""
+"""Sessions: holds a tracer's one or two sessions for one thread at a time."""
 from __future__ import annotations
 
 import re
@@ -25,12 +25,12 @@ from .pictures import Pictures
 from .session import Session
 
 # Rays count as coherent when at least this share of neighbouring rays agrees in direction and
-# origin: packets and single rays then take about the same time (docs/notes/schedules.md).
+# origin. At this share, packets and single rays are about equally fast (docs/notes/schedules.md).
 COHERENT_SHARE = 0.7
 
 
 class Sessions:
-    """A single session, or a session each for coherent and for incoherent rays.
+    """A single session, or one session for coherent rays and one for incoherent rays.
 
     The session for incoherent rays is built at the first call with incoherent rays.
 
@@ -134,7 +134,7 @@ class Sessions:
 
     @contextmanager
     def moving(self) -> Iterator[Session]:
-        """Within the block, this thread may move the session's triangles, also in pictures.
+        """Yield the session, whose triangles may move in the block; later pictures show the move.
 
         Raises
         ------
@@ -172,7 +172,7 @@ class Sessions:
     # The present session --------------------------------------------------------------------
 
     def _kind_of(self, batch: RayBatch) -> str:
-        """Return COHERENT or INCOHERENT, or the present kind if it is not known."""
+        """Return COHERENT or INCOHERENT; the present kind if the rays' kind is not known."""
         share = None
         if self.choices.differ:
             lo, hi = self.present.structure.bounds
@@ -182,8 +182,8 @@ class Sessions:
         return COHERENT if share >= COHERENT_SHARE else INCOHERENT
 
     def _choose(self, kind: str) -> Session:
-        """Make the session for rays of this kind the present session, unless building or moving it
-        fails."""
+        """Make the session for rays of this kind the present session. If building or moving this
+        session fails, keep the present one."""
         if kind == self.chosen or not self.choices.differ:
             return self.present
         before, session = self.present, self._sessions.get(kind)

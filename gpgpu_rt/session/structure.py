@@ -50,8 +50,8 @@ class Structure:
     triangles : (n, 3, 3) float32, the triangles as the textures store them
     accelerator : the accelerator over ``triangles``
     tables : the accelerator's arrays as textures
-    table_bytes : record name -> bytes of its textures, always the same dict, because
-        ``Statistics`` refers to it
+    table_bytes : record name -> bytes of the record's textures. The dict stays the same object,
+        because ``Statistics`` refers to it
     """
 
     def __init__(self, gpu: Gpu, method: Method, options: dict[str, Any], scene: Scene) -> None:
@@ -98,7 +98,7 @@ class Structure:
             assert method.adopt is not None
             accelerator = method.adopt(accelerator.structure, self.triangles, options)
             self.write(tuple(missing), accelerator)
-        accelerator.small_integers = self.tables.small_integers     # with the other tables
+        accelerator.small_integers = self.tables.small_integers     # of all tables
         return self.tables.samplers(), accelerator
 
     def move(self, scene: Scene, built: Accelerator | None = None) -> Moved:

@@ -16,7 +16,7 @@ class Finisher(Protocol):
     """Runs passes that complete tables on the GPU."""
 
     def run(self, gpu: Gpu, samplers: Mapping[str, moderngl.Texture]) -> None:
-        """Complete the tables, given by sampler name, after every write to a table."""
+        """Complete the tables after a write. ``samplers`` maps sampler names to textures."""
 
     def release(self) -> None:
         """Free the programs and textures of the passes."""
@@ -37,12 +37,12 @@ class Accelerator:
     finisher : Passes that complete the tables after their upload.
     shown : The triangles that hits lie on, (n, 3, 3) float32, if the method traces a coarser level
         of the scene; otherwise None.
-    kept : Data that the builder keeps for the row's ``refit``.
+    kept : Data that the builder keeps for ``Method.refit``.
     boxes : Returns the lower and the upper corners, (k, 3) each, of the nodes' boxes, indexed by
         the state's field ``node``.
-    automatic : Option -> value. The builder's values for options that are None.
+    automatic : Option -> the value that the builder uses, for options that are None.
     small_integers : Whether no integer of the tables is above 2^22 (``glsl/core/fetch.glsl``).
-        `session.structure.Structure` sets it when it writes the tables into textures.
+        `session.structure.Structure` sets this field when it writes the tables into textures.
     """
 
     tables: dict[str, dict[str, np.ndarray | Column]]

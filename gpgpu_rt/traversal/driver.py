@@ -135,7 +135,7 @@ class DriverBase:
 
     @staticmethod
     def count_pass(statistics: Statistics, kernel: str | None = None) -> None:
-        """Count a pass of a single draw call, also for ``kernel`` if given."""
+        """Count a pass of a single draw call. If ``kernel`` is given, count its passes too."""
         statistics.passes += 1
         statistics.draw_calls += 1
         if kernel is not None:

@@ -3,7 +3,7 @@
 Indices are floats. Each texel of a record lies in a separate texture. A ray's state has the fields
 that the method's paper stores. The host chooses the kernel of each pass by occlusion queries.
 
-A dialect is a main file that includes ``glsl/era/pass.glsl`` and so the kernels of
+A dialect is a main file that includes ``glsl/era/pass.glsl``, which includes the kernels of
 ``glsl/methods/``. The cards' compilers read the dialect ``card``; today's renderer runs the
 dialect ``renderer``.
 """
@@ -117,8 +117,8 @@ class EraDriver(MethodDriver):
 
     def _repeat_tables(self) -> None:
         for texture in self.samplers.values():
-            # The whole part of an accessor's x coordinate is the texel's row, which repetition
-            # drops.
+            # The integer part of an accessor's x coordinate is the texel's row; repetition drops
+            # it.
             texture.repeat_x = True
 
     def uniforms(self) -> Mapping[str, Any]:
@@ -130,7 +130,7 @@ class EraDriver(MethodDriver):
         return found
 
     def generated(self, rays: RayTextures, statistics: Statistics) -> RayTextures:
-        """Return copies of the rays with tiny numbers for the zero components of directions."""
+        """Return copies of the rays; tiny numbers replace the zero components of directions."""
         rays.complete()
         mine = self.keep("rays", lambda: rays.like(rays.size), lambda old: old.fits(rays))
         program = self.program("rays", lambda: FullScreenPass(
@@ -171,8 +171,8 @@ class EraTraversal(EraDriver, Traversal):
         super()._draw(program, rays, source, target, statistics, depth, tiles, kernel)
 
     def _part(self, side: Target, *read: Record) -> Target:
-        """Return a target over the states of a side of the buffers, and the records ``read`` of
-        side 0."""
+        """Return a target with the states of a side of the buffers, and with the records ``read``
+        of side 0."""
         buffers = self._buffers
         state, *others = (self.precision.layout(record) for record in (self.method.state, *read))
         index = 0 if side is buffers.side(0) else 1

@@ -104,7 +104,7 @@ class EraPacketTraversal(EraDriver):
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target, int]:
-        """Trace every ray, as ``Traversal.run``. No step cap stops a ray.
+        """Trace every ray, as ``Traversal.run`` does, but without a step cap.
 
         Raises
         ------

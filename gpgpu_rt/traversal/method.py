@@ -83,10 +83,10 @@ class Stepwise:
     Attributes
     ----------
     state : the record that a packet carries from pass to pass
-    kernels : the kernels that a packet can wait for, in the order of its phases
+    kernels : the kernels that a packet can wait for, in the order of the packet's phases
     glsl : file under ``glsl/`` with a packet's kernels, for drivers/packet_visit.frag
     ray : file under ``glsl/`` with a ray's step, for drivers/packet_intersect.frag
-    stack_entry : the record of a level of the packet's stack, if it is in an atlas
+    stack_entry : the record of a level of the packet's stack, if the stack is in an atlas
         (stack_atlas.py)
     """
 
@@ -99,7 +99,7 @@ class Stepwise:
 
 @dataclass(frozen=True)
 class Method:
-    """A ray tracing method of the survey.
+    """A ray tracing method of Hachisuka's survey.
 
     Attributes
     ----------
@@ -126,7 +126,7 @@ class Method:
     stack_entry : Record of a level of a stack in textures, if the method has such a stack.
     packet_state : (options) -> Stepwise, for a packet method that runs under ``step``.
     era_packets : The packets in the era form, if the method has them.
-    single : Name of the method that traces a packet's rays singly after its step limit.
+    single : Name of the method that traces a packet's rays singly after the packet's step limit.
     entry_walk : GLSL file of a beam's walk through the tree, for ``entry_points``.
     own_array : (options) -> whether neighbouring fragments may write to different indices of a
         local GLSL array.
@@ -290,7 +290,7 @@ class Method:
                               "follows each step; leave steps_per_pass at 1")
 
     def in_passes(self, options: Mapping[str, Any], single: bool = False) -> dict[str, Any]:
-        """Return the options with a schedule of many passes, which can be observed.
+        """Return the options with a schedule of many passes, so that passes can be observed.
 
         If the method supports only ``loop``, the schedule is unchanged. With ``single``, a pass
         runs one step.
@@ -326,9 +326,9 @@ def check_culling(options: Mapping[str, Any]) -> None:
 
 
 def with_entries(more: str) -> Callable[[Method, Mapping[str, Any]], Method]:
-    """Return the ``form`` of a row whose rays visit a list of subtrees if entry points are on. It
-    adds the kernel ``enter``, which starts the next subtree, and the fields ``more`` of the
-    state."""
+    """Return the ``form`` of a row whose rays visit a list of subtrees if entry points are on. The
+    form adds the kernel ``enter``, which starts the next subtree, and adds the fields ``more`` to
+    the state."""
     def formed(row: Method, options: Mapping[str, Any]) -> Method:
         if not options["entry_points"]:
             return row

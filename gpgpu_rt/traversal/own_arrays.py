@@ -1,7 +1,7 @@
 """Checks that a renderer handles local arrays correctly if fragments use different indices.
 
 Some methods keep a ray's stack in a local array. Mesa's softpipe uses one index for each block of
-2 x 2 fragments, and so mixes up their stacks.
+2 x 2 fragments, and so mixes up the fragments' stacks.
 """
 from __future__ import annotations
 

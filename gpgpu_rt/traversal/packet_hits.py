@@ -1,4 +1,4 @@
-"""The render targets of packets, and the reading of hits from these targets."""
+"""Packet hits: makes the render targets of packets, and reads hits from the targets."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -21,7 +21,7 @@ class PacketTargets:
     size : (width, height) rays
     packet : (width, height) of a packet in rays
     targets : number of render targets that hold hits
-    rows_alone : whether a texel holds four rays' rows in the triangle table
+    rows_alone : whether a texel holds only the triangle-table rows of four rays' hits
     fours : whether a texel holds a single field of a hit, such as t, for four rays. Otherwise
         (without ``rows_alone``), a texel holds the four fields of one ray's hit
     statistics : whether a separate pass draws the packets' counters, which need a target
@@ -49,7 +49,7 @@ class PacketTargets:
     def samplers(self, alone: bool) -> dict[str, moderngl.Texture]:
         """Return sampler name -> texture of the hits and of the counters.
 
-        With ``alone``, leave out the textures that hold only t, u or v of hits.
+        With ``alone``, omit the textures that hold only t, u or v of hits.
         """
         textures = self.triangles if alone else self.hits
         return {**{f"packet_texels_{k}": texture for k, texture in enumerate(textures)},

@@ -16,7 +16,7 @@ from ..rays.tile_bounds import SIDE
 from .driver import Samplers
 from .records import PACKET_ENTRY
 
-SQUARE = 8     # smallest side, in packets, of a square, which is drawn or skipped as a whole
+SQUARE = 8     # smallest side of a square in packets; a square is drawn or skipped as a whole
 
 
 class Squares(NamedTuple):
@@ -30,13 +30,13 @@ class Squares(NamedTuple):
     side: int
 
     def packets(self, size: tuple[int, int]) -> int:
-        """Return the number of packets to draw, of an image of ``size`` (across, down) packets."""
+        """Return the number of packets to draw in an image of ``size`` (across, down) packets."""
         across, down = (np.minimum(self.side, n - np.arange(0, n, self.side)) for n in size)
         return int(down @ self.some[:len(down), :len(across)] @ across)
 
 
 class TilePass(PrimitivePass):
-    """A pass over squares of packets. A square is drawn as a point of its size."""
+    """A pass over squares of packets. A square is drawn as a point of the square's size."""
 
     def __init__(self, gpu: Gpu, fragment: str, defines: dict[str, object],
                  virtual: dict[str, str]) -> None:
@@ -85,7 +85,7 @@ class PacketTiles:
     Parameters
     ----------
     packet : (width, height) of a packet in rays, powers of two
-    entry_tile : side in rays of the tiles that get a beam; None without beams
+    entry_tile : side in rays of the tiles that get a beam around their rays; None without beams
     """
 
     def __init__(self, gpu: Gpu, packet: tuple[int, int], entry_tile: int | None) -> None:

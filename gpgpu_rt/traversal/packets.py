@@ -37,8 +37,8 @@ class PacketTraversal(MethodDriver):
         self.packet = packet_of(self.options)
         self.rays = self.packet[0] * self.packet[1]
         # A render target has one of three layouts. With ``rows_alone`` (fewer targets than rays),
-        # it holds the triangle-table rows of four rays' hits; with ``fours``, one field, such as
-        # t, of four rays' hits; otherwise all fields of one ray's hit.
+        # a texel holds the triangle-table rows of four hits. With ``fours``, a texel holds one
+        # field, such as t, of four hits. Otherwise, a texel holds all fields of one hit.
         self.rows_alone = self.rays > self.gpu.max_draw_buffers
         self.targets = self.rays // 4 if self.rows_alone else self.rays
         self.fours = self.rays % 4 == 0 and not self.rows_alone
@@ -59,7 +59,7 @@ class PacketTraversal(MethodDriver):
         query = self.gpu.query()
         drawn = self._draw_packets("packet", rays, room, statistics, any_hit, query)
         statistics.queries += 1
-        # The program discards unfinished packets. If there are any, draw all without discarding.
+        # The program discards unfinished packets. Draw all again if any packet was discarded.
         left_behind = query.samples < drawn
         if left_behind:
             self._draw_packets("packet_unsettled", rays, room, statistics, any_hit)

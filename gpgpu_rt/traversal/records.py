@@ -11,9 +11,9 @@ NEAREST = Record("nearest", "t")
 """The smallest t of the triangles drawn over a ray."""
 
 FOUND = Record("found", "triangle:int")
-"""The lowest index of the triangles drawn over a ray at its smallest t."""
+"""The lowest index of the triangles drawn over a ray at the ray's smallest t."""
 
-ENTRIES = 28      # most entries of a tile's list of entry points
+ENTRIES = 28      # largest length of a tile's list of entry points
 
 ENTRY_TILE = 4    # side in rays of the smallest tiles, whose lists the rays read
 

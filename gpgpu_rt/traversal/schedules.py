@@ -1,8 +1,8 @@
 """The three schedules: how a host runs a method's kernels over the rays.
 
 * ``kernels``: A pass runs one kernel. Occlusion queries count the rays that wait for each kernel.
-  The host runs the kernel with the most rays, and the early depth test rejects all others (Purcell
-  et al. 2002; Foley and Sugerman 2005).
+  The host runs the kernel with the most rays, and the early depth test rejects all other rays
+  (Purcell et al. 2002; Foley and Sugerman 2005).
 * ``step``: A pass does ``steps_per_pass`` steps for every live ray. Each step runs the kernel that
   the ray's state asks for. Every ``mask_interval`` passes, finished rays are masked.
 * ``loop``: One pass runs the whole traversal in registers, and writes only hits (Horn et al.
@@ -33,8 +33,8 @@ from .method import Method
 from .records import ENTRIES, ENTRY_LIST, ENTRY_TILE, PACKET_ENTRY
 from .stack_atlas import StackAtlas
 
-# llvmpipe ends a shader's loops silently after 65,535 iterations. A lower limit makes early ends
-# rare; the ray then continues in the next pass.
+# llvmpipe ends a shader's loops silently after 65,535 iterations. With this lower limit, such ends
+# are rare: a ray that reaches the limit continues in the next pass.
 LOOP_STEPS = 60_000
 
 # Count the rays of each tile again when the live rays fall below this share of the last count.
@@ -120,7 +120,7 @@ class Traversal(MethodDriver):
                     any_hit: bool) -> bool:
         """Trace every ray in registers. Return whether the traversal of each ray ended.
 
-        The program discards rays that do not end, and an occlusion query counts the others.
+        The program discards rays that do not end; an occlusion query counts the other rays.
         """
         query = self.gpu.query()
         with query:
@@ -199,7 +199,7 @@ class Traversal(MethodDriver):
                   rectangles=tiles and tiles.rectangles)
 
     def _push(self, now: Target, tiles: Tiles, statistics: Statistics) -> None:
-        """Push the entries of rays in phase PUSH into the atlas, if any."""
+        """Push the entries of rays in phase PUSH into the atlas, if there is an atlas."""
         if self._atlas is not None:
             self._atlas.push(now.samplers(), tiles.rectangles)
             statistics.draw_calls += 1

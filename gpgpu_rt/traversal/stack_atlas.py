@@ -1,4 +1,4 @@
-"""Stacks of rays in an atlas texture (Ernst, Vogelgsang and Greiner 2004)."""
+"""Stack atlas: stores rays' stacks in a texture (Ernst, Vogelgsang and Greiner 2004)."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -59,8 +59,8 @@ class StackAtlas:
         self.gpu.context.enable_only(moderngl.DEPTH_TEST)
 
     def _on_every_level(self, live: Rectangles | None) -> Rectangles | None:
-        """Return the rectangles of ``live``, repeated in each level's tile. None stands for the
-        whole atlas, also if MOST_RECTANGLES would be exceeded."""
+        """Return the rectangles of ``live``, repeated in each level's tile. If MOST_RECTANGLES
+        would be exceeded, return None, which stands for the whole atlas."""
         if live is None or live.count * len(self._corners) > MOST_RECTANGLES:
             return None
         if live.corners is not self._live:

@@ -1,4 +1,4 @@
-"""The triangle table, which all methods but geometry-image read, and the scene box's uniforms."""
+"""Triangle table: makes the table of all methods but geometry-image, and the scene's box."""
 from __future__ import annotations
 
 import numpy as np
@@ -7,7 +7,7 @@ from ..gl.lazy_field import Column
 from ..gl.record import Record
 
 TRIANGLE = Record("triangle", "v0:vec3 index:int | v1:vec3 last:int | v2:vec3")
-"""A triangle. ``index`` is its row in the scene; ``last`` is 1 for the last triangle of a leaf."""
+"""A triangle. ``index`` is the row in the scene; ``last`` is 1 for the last triangle of a leaf."""
 
 REFERENCE = Record("reference", "triangle:int")
 """An entry of the triangle list of a leaf or a cell: the row of a triangle in the triangle table.

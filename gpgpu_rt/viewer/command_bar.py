@@ -1,4 +1,4 @@
-"""The bottom panel: buttons, the picture's size, and the command that makes the picture."""
+"""Command bar: draws the bottom panel, with the command that makes the picture."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ class CommandBar:
                  show_keys: Callable[[], None]) -> None:
         self.viewer, self._fonts = viewer, fonts
         self._save, self._show_keys = save, show_keys
-        self._copied = ""       # the command that was copied last
+        self._copied = ""       # the last copied command
 
     def draw(self, rect: Rect) -> None:
         place("bar", rect)
@@ -57,7 +57,7 @@ class CommandBar:
         imgui.end()
 
     def _size(self) -> str:
-        """Return the picture's size, and whether it is being refined."""
+        """Return the picture's size, and whether the picture is being refined."""
         viewer = self.viewer
         width, height = viewer.size
         if viewer.image is None:

@@ -1,4 +1,4 @@
-"""The left panel: five controls that everybody needs are at the top, all others under headings."""
+"""Left panel: draws the five most important controls at the top, all others under headings."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
@@ -146,8 +146,8 @@ class Controls:
     @staticmethod
     def _heading(title: str, key: str, options: Sequence[Option],
                  given: Mapping[str, Any]) -> bool:
-        """Draw a heading that counts its changed options. Return whether it is open. ImGui knows
-        it by ``key``, so a new title does not close it."""
+        """Draw a heading with the number of its changed options. Return whether the heading is
+        open. ImGui identifies it by ``key``, so a new title does not close it."""
         changed = len({option.name for option in options} & set(given))
         note = f" ({changed} changed)" if changed else ""
         return imgui.collapsing_header(f"{title}{note}###{key}")

@@ -1,7 +1,7 @@
 """The camera that the viewer draws with: fitted to the picture's shape, with short numbers.
 
-The viewer keeps the exact camera, which the mouse moves, but draws with this camera, so a command
-with these short numbers draws the same picture to the bit.
+The mouse moves the exact camera, but the viewer draws with this camera. A command with the short
+numbers therefore draws the same picture to the bit.
 """
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ import numpy as np
 from ..errors import SceneError
 from ..scene.camera import Camera
 
-# Rounding moves the projection of each point with a depth of NEAREST to 1 times the target's
-# distance by less than this share of a pixel.
+# Rounding moves projections by less than this share of a pixel, for points at NEAREST to 1 times
+# the target's distance.
 PIXEL_SHARE = 0.1
 NEAREST = 0.25
-# (part of the camera, share), in the order of rounding. The parts up to a row together move the
-# projection of a point by less than ``share`` times PIXEL_SHARE.
+# (part of the camera, share), in the order of rounding. A row's part and all earlier parts
+# together move the projection of a point by less than ``share`` times PIXEL_SHARE.
 _BUDGETS = (("fov", 0.1), ("up", 0.3), ("eye", 0.6), ("target", 1.0))
 
 
@@ -67,8 +67,8 @@ def rounded(camera: Camera, size: tuple[int, int], own: Camera | None = None) ->
     ----------
     camera : the exact camera
     size : (width, height) of the picture in pixels
-    own : the scene's own camera. Parts equal to its parts are not rounded, because a command omits
-        them
+    own : the scene's own camera. Parts equal to this camera's are not rounded, because a command
+        omits such parts
     """
     found = camera
     for name, share in _BUDGETS:

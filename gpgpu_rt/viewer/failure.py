@@ -1,4 +1,4 @@
-"""The line that the viewer shows for a failure."""
+"""Failure: writes the viewer's line for an error."""
 from __future__ import annotations
 
 from ..errors import Error

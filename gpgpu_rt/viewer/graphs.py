@@ -1,4 +1,4 @@
-"""Graphs of the costs of the last pictures."""
+"""Graphs: draws graphs of the costs of the last pictures."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from ..text_format import counted
 from .model import Viewer
 from .widgets import quiet, room, tip
 
-HEIGHT = 40      # height of a graph in pixels
+HEIGHT = 40      # of a graph, pixels
 TIPS = {"ms": "milliseconds that each of the last pictures took",
         "rays": "millions of rays traced in a second, for the last pictures",
         "passes": "number of passes of each of the last pictures",
@@ -19,8 +19,8 @@ TIPS = {"ms": "milliseconds that each of the last pictures took",
 
 
 def draw_graphs(viewer: Viewer) -> None:
-    """Draw graphs of the last pictures; for a journey (journey.py), only of the live rays, because
-    its times include the storing of states."""
+    """Draw graphs of the last pictures. For a journey (journey.py), draw only the live rays,
+    because a journey's times include the storing of states."""
     history, journey = list(viewer.history), viewer.journey
     if viewer.mode == "passes":
         if journey is not None:

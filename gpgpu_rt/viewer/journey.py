@@ -94,7 +94,7 @@ class Journey:
         return (*last.state, *(f"hit {name}" for name in last.hit))
 
     def halfway(self) -> int:
-        """Return the index of the kept pass after which about half of the rays live."""
+        """Return the index of the kept pass after which about half of the rays are live."""
         live = np.array([one.live for one in self.kept])
         return int(np.abs(2 * live - live.max()).argmin())
 
@@ -131,7 +131,7 @@ class Journey:
         return shown
 
     def caption(self, index: int) -> str:
-        """Return a line about a pass: its kernel and the number of rays that it advanced."""
+        """Return a line about a pass: its kernel and the number of rays that the pass advanced."""
         one = self.kept[index]
         served = ", ".join(f"{count:,} {name}" for name, count in one.served.items()) or "none"
         kernel = "of each ray" if one.kernel == "all" else one.kernel
@@ -160,8 +160,8 @@ def hit_words(one: Pass, ray: int) -> dict[str, str]:
 
 
 def word_of(value: np.ndarray | np.generic) -> str:
-    """Return the text of a field's value, which identifies a float32; "-" for no node, and for a t
-    above NO_PLACE."""
+    """Return the text of a field's value, exact enough to identify a float32; "-" for no node, and
+    for a t above NO_PLACE."""
     if np.ndim(value):
         return " ".join(word_of(part) for part in value)
     if value == EXACT_INTEGER or value > NO_PLACE:

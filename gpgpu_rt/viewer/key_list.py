@@ -1,4 +1,4 @@
-"""The list of keys and mouse actions, which the viewer shows when it opens."""
+"""Key list: draws the list of keys and mouse actions."""
 from __future__ import annotations
 
 from imgui_bundle import imgui

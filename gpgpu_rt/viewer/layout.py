@@ -7,8 +7,8 @@ LOW = 66                # height of the bottom panel
 # Initial width of the left panel, width of the help, initial height of a ray's table.
 PANEL, HELP, TABLE = 340, 330, 220
 LEAST_PANEL = 220       # smallest width of the left panel in a window that is wide enough
-# Largest share of the window's width for the left panel, of the rest for the help, and of the
-# height above the bottom panel for the table of a ray.
+# Largest share of the window's width for the left panel, largest share of the remaining width for
+# the help, and largest share of the height above the bottom panel for the table of a ray.
 MOST_SHARE = 0.5
 
 

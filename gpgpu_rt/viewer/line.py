@@ -1,4 +1,4 @@
-"""The shell command that makes the viewer's picture, and the settings of the picture."""
+"""Line: writes the shell command and the settings of the viewer's picture."""
 from __future__ import annotations
 
 import shlex
@@ -60,7 +60,7 @@ def _option_words(method: str, options: dict[str, Any]) -> list[str]:
 
 
 def settings_of(viewer: Viewer) -> dict[str, Any]:
-    """Return all settings of the shown picture. ``command`` is None if no command makes it."""
+    """Return all settings of the shown picture. ``command`` is None if there is no command."""
     chosen = viewer.selection
     command, note = line_of(viewer)
     found = {"scene": chosen.scene, "triangles": len(viewer.scene), "method": chosen.method,

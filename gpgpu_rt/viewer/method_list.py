@@ -1,4 +1,4 @@
-"""The list of methods: name, year, family, and a sentence from the method table."""
+"""Method list: draws the name, the year, the family and a sentence for each method."""
 from __future__ import annotations
 
 from imgui_bundle import imgui

@@ -1,8 +1,8 @@
 """The viewer's model: settings, camera, resolution and results, without a window.
 
 A window calls `step` repeatedly and shows ``image``. Between calls, it may change the selection,
-the camera and the mode. Each call draws at most one picture. After an error, ``message`` reports
-it, and the last picture stays.
+the camera and the mode. Each call draws at most one picture. If a call fails, ``message`` has the
+error, and the last picture stays.
 """
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ class Viewer:
             self._outdated()
 
     def change_heat(self, **changes: Any) -> None:
-        """Change attributes of the heat view. ``wipe`` alone needs no new measurement."""
+        """Change attributes of the heat view. A new ``wipe`` alone needs no new measurement."""
         before = self.heat
         self.heat = replace(before, **changes)
         if replace(before, wipe=self.heat.wipe) != self.heat:
@@ -171,8 +171,8 @@ class Viewer:
         self._insist, self.failed = True, ""
 
     def follow(self, pixel: tuple[int, int]) -> None:
-        """Trace only a pixel's ray, in the second call of `step` from now, and store its path in
-        ``path``."""
+        """Trace only a pixel's ray, in the second call of `step` from now, and store the ray's
+        path in ``path``."""
         self._asked = tuple(pixel)
 
     # Work ----------------------------------------------------------------------------------
@@ -237,7 +237,7 @@ class Viewer:
 
     @property
     def held_back(self) -> float | None:
-        """The estimated seconds of the finest picture, if only a request draws it; else None."""
+        """The estimated seconds for the finest picture, if drawn only on request; else None."""
         if self.mode == "passes" or self.divisor in (None, 1) or not self.finished:
             return None
         estimate = self.pace.estimate(1)
@@ -347,8 +347,8 @@ class Viewer:
 
     @property
     def command(self) -> str:
-        """The shell command that makes the shown picture, or the reason why there is none as a
-        comment."""
+        """The shell command that makes the shown picture, or a comment with the reason why there
+        is no command."""
         line, note = line_of(self)
         return line or f"# {note}"
 
@@ -366,7 +366,7 @@ class Viewer:
         return settings_of(self)
 
     def save(self, folder: str | os.PathLike[str] = ".") -> Path | None:
-        """Write all pixels as a PNG, beside a JSON file of the settings, and return its path.
+        """Write all pixels as a PNG, and the settings as JSON beside it. Return the PNG's path.
         After an error, return None and set ``message``."""
         with self._guarded():
             path = name_for(self, Path(folder))     # first: fails if the folder is not writable

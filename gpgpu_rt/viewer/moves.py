@@ -1,4 +1,4 @@
-"""Moves of a camera, around its target or freely. Each function returns a new camera."""
+"""Moves: moves a camera around its target, or freely. Each function returns a new camera."""
 from __future__ import annotations
 
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The panels of the viewer, in their places around the picture."""
+"""Panels: draws the panels of the viewer around the picture."""
 from __future__ import annotations
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The controls of the view of passes: the pass, the shown field, and the state of a ray."""
+"""Passes controls: draws the controls of the passes, and the state of a ray."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""The table of a followed ray: a row for each pass, and the node or cell of the chosen row."""
+"""Path table: draws a row for each pass of a followed ray, and the chosen row's node or cell."""
 from __future__ import annotations
 
 from imgui_bundle import imgui
@@ -29,7 +29,7 @@ class PathTable:
         self._seen: tuple[int, int | None] | None = None     # the path and row of the last frame
 
     def draw(self, path: RayPath, rect: Rect, most: int) -> bool:
-        """Draw the table in a rectangle. Return whether the user closed it.
+        """Draw the table in a rectangle. Return whether the user closed the table.
 
         Parameters
         ----------

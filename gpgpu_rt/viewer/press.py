@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass
 class Press:
-    """A pressed mouse button, and the movement of the mouse since it was pressed.
+    """A pressed mouse button, and the movement of the mouse since the press.
 
     Attributes
     ----------

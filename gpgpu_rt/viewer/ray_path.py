@@ -25,10 +25,10 @@ class Place:
 
     Attributes
     ----------
-    title : its name, such as "node 12"
+    title : the name, such as "node 12"
     box : (2, 3) lower and upper corner
-    record : (name, text) of each field of its records, decoded from the textures; (name, "")
-        begins a record
+    record : (name, text) of each field of the place's records, decoded from the textures;
+        (name, "") begins a record
     """
 
     title: str
@@ -52,7 +52,7 @@ class RayPath:
     places : the node or cell of each row, or None
     hit : the triangle, or -1
     count : number of counted passes: the first pass, and all passes that changed the ray. At most
-        MOST_ROWS have rows
+        MOST_ROWS passes have rows
     row : the index of the chosen row, or None
     """
 
@@ -98,7 +98,7 @@ def edges_of(boxes: np.ndarray) -> np.ndarray:
 
 def follow(tracer: Tracer, camera: Camera, size: tuple[int, int],
            pixel: tuple[int, int]) -> RayPath:
-    """Trace only the ray through a pixel, and record its state after each pass.
+    """Trace only the ray through a pixel, and record the ray's state after each pass.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def follow(tracer: Tracer, camera: Camera, size: tuple[int, int],
     passes: list[Pass] = []
     count = 0
 
-    def look(one: Pass) -> None:    # leave out passes that did not change the ray
+    def look(one: Pass) -> None:    # omit passes that did not change the ray
         nonlocal count
         if one.served or not passes:
             count += 1

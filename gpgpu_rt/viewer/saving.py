@@ -1,4 +1,4 @@
-"""Saving: write a picture, and its settings inside the PNG and in a JSON file beside it."""
+"""Saving: write a picture as PNG, and its settings into the PNG and a JSON file."""
 from __future__ import annotations
 
 import json
@@ -13,12 +13,12 @@ from ..disk.files import check_writable, replacing
 if TYPE_CHECKING:
     from .model import Viewer
 
-KEY = "gpgpu-rt"    # the key of the settings in the PNG's text
+KEY = "gpgpu-rt"    # name of the PNG's text with the settings
 
 
 def free_name(folder: Path, stem: str) -> Path:
-    """Return the first free name of stem-1.png, stem-2.png, ... Raise Error if the folder cannot
-    be written."""
+    """Return the first path of stem-1.png, stem-2.png, ... that does not exist. Raise Error if the
+    folder cannot be written."""
     number = 1
     while (folder / f"{stem}-{number}.png").exists():
         number += 1
@@ -31,14 +31,14 @@ def name_for(viewer: Viewer, folder: Path) -> Path:
 
 
 def picture_of(viewer: Viewer) -> Image.Image:
-    """Return the viewer's picture, with the scale of a heat map."""
+    """Return the viewer's picture. A heat map includes its colour scale."""
     assert viewer.image is not None
     image = Image.fromarray(viewer.image)
     return viewer.heat.with_scale(image) if viewer.mode == "heat" else image
 
 
 def write(path: Path, image: Image.Image, settings: Mapping[str, Any]) -> None:
-    """Write the picture and its settings, two files that are complete or absent."""
+    """Write the PNG and the JSON file of its settings. Each file is either complete or absent."""
     held = PngImagePlugin.PngInfo()
     held.add_text(KEY, json.dumps(settings, default=str))
     with replacing(path) as temporary:

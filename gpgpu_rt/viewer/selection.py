@@ -12,7 +12,7 @@ from ..render.integrators import DEFAULT, find_integrator
 from ..scene.camera import Camera
 from ..tracer import DEFAULT_METHOD
 
-# Options that the viewer sets itself; presort does not affect eye rays.
+# Not offered: the viewer sets context and statistics itself, and presort does not affect eye rays.
 DECIDED = ("context", "statistics", "presort")
 
 
@@ -28,7 +28,7 @@ def option_words(options: Mapping[str, Any], known: tuple[Option, ...]) -> list[
     words = []
     for name, value in options.items():
         text = word(value)
-        # A tuple is written x,y,z, but a tuple from a list of choices is written 4x2.
+        # `word` writes tuples as 4x2. Only choices have this form; write other tuples as x,y,z.
         if table[name].choices is None and isinstance(value, tuple):
             text = ",".join(map(str, value))
         words.append(f"--{name.replace('_', '-')}={text}")
@@ -36,8 +36,8 @@ def option_words(options: Mapping[str, Any], known: tuple[Option, ...]) -> list[
 
 
 def camera_words(camera: Camera, own: Camera | None = None) -> list[str]:
-    """Return the words ``--eye=x,y,z`` and so on, which give the same camera to the bit. Leave out
-    parts that equal those of the scene's ``own`` camera."""
+    """Return arguments such as ``--eye=x,y,z``, which give the same camera to the bit. Leave out
+    parts that equal those of ``own``, the scene's camera."""
     parts = {"eye": camera.eye, "target": camera.target, "up": camera.up, "fov": (camera.fov,)}
     known = {} if own is None else {"eye": own.eye, "target": own.target, "up": own.up,
                                     "fov": (own.fov,)}
@@ -46,7 +46,7 @@ def camera_words(camera: Camera, own: Camera | None = None) -> list[str]:
 
 
 def _shortest(number: float) -> str:
-    """Return the shortest text of a number that Python reads back."""
+    """Return the shortest text from which Python reads the same number."""
     return repr(number).removesuffix(".0")
 
 
@@ -74,8 +74,8 @@ class Selection:
         return find_method(self.method)
 
     def known(self) -> tuple[Option, ...]:
-        """Return the options to choose from, the method's own first, with the schedules that the
-        others allow."""
+        """Return the options that the panels offer, the method's own first. The option schedule
+        offers only schedules that the other options allow."""
         return tuple(self._narrowed(option) for option in self.row.options + TRACER_OPTIONS
                      if option.name not in DECIDED)
 
@@ -88,7 +88,7 @@ class Selection:
         return find_integrator(self.integrator).options
 
     def with_method(self, name: str) -> Selection:
-        """Return the selection with another method and the options that it accepts."""
+        """Return the selection with another method. Keep the options that the method accepts."""
         other = replace(self, method=find_method(name).name, options={})
         known = {option.name: option for option in other.known()}
         kept = {option: value for option, value in self.options.items()
@@ -104,7 +104,7 @@ class Selection:
         return replace(self, options=_set(self.options, self.known(), name, value))
 
     def with_integrator(self, name: str) -> Selection:
-        """Return the selection with another integrator and the options that it accepts."""
+        """Return the selection with another integrator. Keep the options that it accepts."""
         known = {option.name: option for option in find_integrator(name).options}
         light = {option: value for option, value in self.light.items()
                  if option in known and known[option].accepts(value)}
@@ -115,8 +115,8 @@ class Selection:
 
     def words(self, camera: Camera, size: tuple[int, int], output: str,
               own: Camera | None = None) -> list[str]:
-        """Return the arguments of `gpgpu-rt` that write the same picture. ``own`` is the scene's
-        own camera."""
+        """Return the arguments with which `gpgpu-rt` writes the same picture. ``own`` is the
+        scene's camera."""
         words = ["render", self.scene, f"--method={self.method}"]
         words += option_words(self.options, TRACER_OPTIONS + self.row.options)
         if self.integrator != DEFAULT:

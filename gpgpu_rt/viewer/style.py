@@ -13,12 +13,12 @@ QUIET_TEXT = imgui.ImVec4(0.66, 0.68, 0.72, 1.0)
 NOTICE = imgui.ImVec4(1.0, 0.86, 0.55, 1.0)
 RAY, BOX, LAST_BOX, CHOSEN_BOX = (imgui.IM_COL32(*rgba) for rgba in (
     (255, 60, 60, 255), (90, 200, 255, 110), (255, 230, 80, 255), (255, 240, 40, 255)))
-OUTLINE = imgui.IM_COL32(0, 0, 0, 255)      # around the chosen box, on bright and dark pictures
+OUTLINE = imgui.IM_COL32(0, 0, 0, 255)      # makes the chosen box visible on bright pictures too
 
 
 class Fonts:
-    """The fonts of labels and of numbers; ImGui's default font if imgui_bundle has no font
-    files."""
+    """Load the fonts of labels and of numbers. If imgui_bundle has no font files, both are ImGui's
+    default font."""
 
     def __init__(self) -> None:
         self.text = _font("Roboto/Roboto-Regular.ttf", SIZE)
@@ -32,7 +32,7 @@ def _font(name: str, size: float) -> imgui.ImFont:
 
 
 def apply() -> Fonts:
-    """Set the panels' colours and distances. Return the fonts."""
+    """Set the panels' colours and spacing. Return the fonts."""
     imgui.style_colors_dark()
     style = imgui.get_style()
     style.frame_rounding = style.grab_rounding = 3.0

@@ -18,12 +18,12 @@ PROOF = (8, 8)      # size of the test picture in pixels; this suffices to run e
 class Tracers:
     """The last few tracers of a scene, made at their first use.
 
-    A new tracer draws a test picture, to find errors in programs before the viewer drops its
-    present tracer.
+    A new tracer draws a test picture. So an error in its programs appears while the viewer still
+    has its previous tracer.
 
     Attributes
     ----------
-    pinned : the tracer of the pictures, which always stays in the cache
+    pinned : the tracer that draws the viewer's pictures. It always stays in the cache
     made : number of tracers made so far
     """
 
@@ -35,12 +35,12 @@ class Tracers:
 
     def get(self, method: str, options: Mapping[str, Any], integrator: str = DEFAULT,
             light: Mapping[str, Any] = {}) -> Tracer:
-        """Return the tracer of a method with options, tested with an integrator.
+        """Return a method's tracer with these options. Test a new tracer with the integrator.
 
         Raises
         ------
         Error, ValueError, MemoryError
-            the errors of making the tracer and of drawing the test picture
+            if the tracer cannot be made, or cannot draw the test picture
         """
         key = repr((method, sorted(options.items(), key=str), integrator,
                     sorted(light.items(), key=str)))
@@ -63,7 +63,7 @@ class Tracers:
         return self._tracers[key]
 
     def in_passes(self, method: str, options: Mapping[str, Any], single: bool = False) -> Tracer:
-        """Return a tracer under a schedule of many passes. With ``single``, a pass runs one
+        """Return a tracer whose schedule has many passes. With ``single``, each pass runs one
         step."""
         return self.get(method, find_method(method).in_passes(options, single))
 

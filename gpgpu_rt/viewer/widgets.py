@@ -13,8 +13,8 @@ from .layout import Rect
 FIXED = (imgui.WindowFlags_.no_move.value | imgui.WindowFlags_.no_collapse.value
          | imgui.WindowFlags_.no_title_bar.value | imgui.WindowFlags_.no_saved_settings.value
          | imgui.WindowFlags_.no_bring_to_front_on_focus.value)
-LABELS, OPTION_LABELS = 74, 162     # widths of the labels of controls, and of options
-TIP = 360               # width at which a tooltip's text wraps
+LABELS, OPTION_LABELS = 74, 162     # label widths in pixels: of most controls, and of options
+TIP = 360               # width in pixels at which a tooltip's text wraps
 ENTER = imgui.InputTextFlags_.enter_returns_true.value
 
 
@@ -57,7 +57,7 @@ def label(text: str, width: int = LABELS) -> None:
 
 
 def chosen_from(name: str, at: int, words: Sequence[str]) -> int | None:
-    """Draw a list of choices. Return a new choice's index, or None."""
+    """Draw a list of choices. Return the index of a new choice, or None if nothing changed."""
     changed, now = imgui.combo(f"##{name}", at, list(words), 20)
     return now if changed else None
 
@@ -65,7 +65,7 @@ def chosen_from(name: str, at: int, words: Sequence[str]) -> int | None:
 def chosen_option(option: Option, now: Shown) -> tuple[bool, Any]:
     """Draw the control of an option. Return whether its value changed, and the value.
 
-    A text is returned as typed. If the option may be None, an empty text becomes "none".
+    A text is returned as typed, but an empty text becomes "none" if the option may be None.
     """
     empty = option.optional or option.default is None
     imgui.begin_group()

@@ -45,7 +45,7 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
 
     Returns
     -------
-    measurements from the time in which the window was open
+    measurements that were made while the window was open
     """
     load_scene(selection.scene)       # report a wrong scene before the window opens
 
@@ -70,8 +70,8 @@ def run(selection: Selection, size: tuple[int, int], folder: str = ".",
 
 
 def _stay(config: Window) -> None:
-    """Run the loop of moderngl_window. Show errors in event handlers, even of the window library,
-    as messages."""
+    """Run moderngl_window's loop until the window is closed. Show errors of event handlers and of
+    the window library as messages."""
     window = config.wnd
     config.timer.start()
     while not window.is_closing:
@@ -252,8 +252,8 @@ class Window(moderngl_window.WindowConfig):
             self._press.dy += dy
 
     def _follow_mouse(self) -> None:
-        """Apply the mouse's movement since the last frame. Only after the frame has begun does
-        ImGui know whether a button was pressed over a panel."""
+        """Apply the mouse's movement since the last frame. Call this after the frame has begun:
+        only then does ImGui know whether a button was pressed over a panel."""
         press = self._press
         if press is None:
             return

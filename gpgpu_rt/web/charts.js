@@ -1,4 +1,4 @@
-// What the passes counted: the rays that are alive after each step, and the scale of the heat map.
+// Shows what the passes counted: the rays that are alive after each step, and the scale of the heat map.
 
 // The kernels' colours, which page.py writes into the style. Further kernels have the last colour.
 const KERNEL_COLOURS = [1, 2, 3, 4].map(
@@ -10,8 +10,8 @@ const SHOWN_COLOURS = {kernel_colours: KERNEL_COLOURS.flatMap(
 
 const kernelColour = (phase) => KERNEL_COLOURS[Math.min(phase, KERNEL_COLOURS.length) - 1];
 
-// Returns the numbers of rays, or packets, that are alive after 0, 1, 2, ... steps, the step after which none is alive,
-// and the 99th percentile of their steps. A ray is alive after k steps if it took more than k.
+// Returns `alive`, the numbers of rays (or packets) that are alive after 0, 1, 2, ... steps; `last`, the step after
+// which none is alive; `percentile`, the 99th percentile of the numbers of steps. A ray ends with its last step.
 function survey(schedule, states) {
     const [texel, channel] = field(schedule, "steps"), [width, height] = sizeOf.get(states[texel]);
     const values = readTexture(states[texel], width, height);
@@ -25,7 +25,7 @@ function survey(schedule, states) {
             percentile: Math.max(1, taken[Math.floor(0.99 * (taken.length - 1))])};
 }
 
-// Draws the curve of live rays, with marks at the present step and at the step `end` (or null) of the clicked ray.
+// Draws the curve of live rays. Marks the present step, and the step `end` at which the clicked ray ends (or null).
 function drawAlive(found, step, end) {
     const chart = element("alive"), context = chart.getContext("2d"), {width, height} = chart;
     context.clearRect(0, 0, width, height);
@@ -57,7 +57,7 @@ function drawAlive(found, step, end) {
         + `are alive (${(100 * count / all).toFixed(1)} %)`;
 }
 
-// Draws the scale of the heat map with the program of the picture, as a row of rays with increasing steps.
+// Draws the heat map's scale: the picture's program draws a row of rays whose step counts increase.
 function drawRamp() {
     const {width: pixels, height} = element("ramp"), context = element("ramp").getContext("2d");
     const counts = new Float32Array(4 * pixels).map((_, k) => k % 4 ? 0 : k / 4 / (pixels - 1));

@@ -15,12 +15,12 @@ function schedule() {
     return chosen.method.schedules[chosen.schedule];
 }
 
-// Whether the WebGL context is lost; the event about the loss may come later.
+// Returns whether the WebGL context is lost. The event that sets `lost` may arrive later than the loss.
 function isLost() {
     return lost || gl.isContextLost();
 }
 
-// Traces and shows what is chosen. `plays` shows a sequence of steps after the present step.
+// Traces and shows the chosen picture. With `plays`, shows one step after another, from the present step on.
 async function show(plays = false) {
     wanted = true;
     playing = plays;
@@ -57,7 +57,7 @@ async function draws() {
     const found = await trace(drawn, camera, side, side, {most: limit, stopped: () => ends() || paused(), seen});
     if (ends()) return;
     if (stepwise && limit === MOST_TURNS && found.alive === 0 && !dragged) count(drawn, found, camera, side);
-    // A pause may come between two shown steps, so take the step from the trace.
+    // The reader may have paused between two shown steps, so take the reached step from the trace.
     if (plays) [playing, chosen.most] = [false, playing || found.alive === 0 ? null : found.turns];
     element("play").textContent = "play";
     paint(found, drawn, camera, side);
@@ -76,7 +76,7 @@ async function draws() {
     if (counts && !wanted) await countWhole(drawn, camera, side);
 }
 
-// Counts the live rays after each step of a picture that stops at a step, unless the counts are known.
+// Traces the whole search of a picture that stops at a step, to count the live rays after each step.
 async function countWhole(drawn, camera, side) {
     if (presentSurvey()) return;
     const whole = await trace(drawn, camera, side, side, {place: "count", stopped: () => wanted});
@@ -150,8 +150,8 @@ function presentSurvey() {
 
 function count(drawn, found, camera, side) {
     counted = {...survey(drawn, found.states), key: countKey(camera, side)};
-    // With several cycles, a turn (passes.js) runs one kernel, only for the rays that wait for it. The number of
-    // turns is then not a ray's number of steps.
+    // With several cycles, a turn (passes.js) runs one kernel, only for the rays that wait for it. So the number of
+    // turns is not a ray's number of steps.
     if (drawn.cycles.length > 1) Object.assign(counted, {last: found.turns, alive: null});
     element("pass").max = counted.last;
     if (chosen.scale === null) rescale(counted.percentile);
@@ -169,8 +169,8 @@ function steps() {
     spaceAt();
 }
 
-// The step after which the clicked ray has ended; null if it is unknown. Under kernels, a step of the slider runs one
-// kernel, only for the rays that wait for it, so it is not the ray's step.
+// Returns the step after which the clicked ray has ended; null if it is unknown. Under kernels, a step of the slider
+// runs one kernel, only for the rays that wait for it, so the slider does not count the ray's steps.
 function rayEnd() {
     return path && path.states && schedule().cycles.length === 1 ? path.states.length - 1 : null;
 }
@@ -226,7 +226,7 @@ function describe(x, y) {
         : `triangle ${hit[3]} at t = ${hit[0]}, u = ${hit[1]}, v = ${hit[2]}`];
     const texels = new Map();
     for (const [name, texel, swizzle] of drawn.state) {
-        // A packet has a state for several rays.
+        // A packet has one state for several rays, so scale the position to the states' texture.
         const place = sizeOf.get(result.states[texel]).map((size, k) => Math.floor([x, y][k] * size / result.side));
         if (!texels.has(texel)) texels.set(texel, readTexture(result.states[texel], 1, 1, ...place));
         lines.push(`${name} = ${[...swizzle].map((letter) => texels.get(texel)["xyzw".indexOf(letter)]).join(", ")}`);
@@ -236,7 +236,7 @@ function describe(x, y) {
 
 // Choices -------------------------------------------------------------------------------------------------
 
-// Chooses the selected method, a schedule, and the step at which the search stops, or null for the whole search.
+// Chooses the method that is selected on the page, a schedule, and the last step `most` (null: the whole search).
 function choose(name = element("schedule").value, most = null) {
     chosen.method = page.methods.find(({name}) => name === element("method").value);
     const names = Object.keys(chosen.method.schedules), list = element("schedule");
@@ -285,13 +285,13 @@ function showProgram() {
     showText(page.texts[drawn.passes[number].fragment], drawn.structure.kernels);
 }
 
-// The sine of the angle between a view and the camera's upward direction.
+// Returns the sine of the angle between a view and the camera's upward direction.
 function slant(eye, {target: at, up}) {
     return Math.hypot(...cross(unit(eye.map((x, k) => x - at[k])), unit(up)));
 }
 
-// Whether the sine of the view from `eye` and the upward direction is at least 0.1, or, apart from rounding, at least
-// as large as the given camera's.
+// Returns whether the view from `eye` is far enough from the upward direction: the sine of their angle is at least 0.1
+// or, apart from rounding, at least the given camera's sine.
 function sideways(eye, camera) {
     return slant(eye, camera) >= Math.min(0.1, slant(camera.eye, camera) * (1 - 1e-6));
 }
@@ -308,12 +308,12 @@ function remember() {
     try {
         history.replaceState(null, "", `#${String(choices).replaceAll("%2C", ",")}`);
     } catch {
-        // A browser may limit changes of the address; the next picture writes it.
+        // A browser may limit how often the address changes. The next picture tries again.
     }
 }
 
-// Returns the schedule's name and the step (null for the whole search) of the address. By default, the page opens in
-// mid-search, with the ray that takes the most steps.
+// Reads the choices from the page's address. Returns the schedule's name and the step (null for the whole search). By
+// default, the page opens in mid-search, with the ray that takes the most steps.
 function recall() {
     const choices = new URLSearchParams(location.hash.slice(1));
     const numbers = (name) => (choices.get(name) || "").split(",").map(Number);

@@ -15,7 +15,7 @@ def ray_costs(scene: Scene, name: str, side: int) -> dict[str, Any]:
     Returns
     -------
     ``steps`` and ``nodes`` are (mean, largest) per ray; ``nodes`` is None for a method without
-    nodes. ``ray`` is the place of the ray with the most steps, across and down, from 0 to 1.
+    nodes. ``ray`` is the position, across and down from 0 to 1, of the ray with the most steps.
     ``step`` is the step at which the page opens: the median number of steps of the rays that hit,
     but at most half of the largest number of steps of a ray.
     """

@@ -1,10 +1,10 @@
 """The description of a schedule's passes, made from the passes that a tracer draws.
 
-The host observes the passes of a picture of test rays. Equal passes have the same program, inputs
-and target. The description names the passes before the first repetition, and the passes of a
-cycle, which the page's script (passes.js) repeats until no ray is alive. A cycle consists of
-turns, each of which begins with the cycle's first program: successive turns may write to different
-targets.
+The host observes the passes of a picture of test rays. Two passes are equal if they have the same
+program, inputs and target. The description names the passes before the first repeated pass, and
+the passes of a cycle, or of one cycle per kernel. The page's script (passes.js) repeats cycles
+until no ray is alive. A cycle consists of turns: each turn begins with the cycle's first program,
+and successive turns may write to different targets.
 """
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from .page_data import NotInBrowser, PageData
 from .structure import structure_of
 
 EYE = "drivers/eye_rays.frag"
-# Passes that mark and count rays. The page's player (player.js and passes.js) counts by its own
-# program instead.
+# The passes that mark and count rays are left out: the page's player (player.js and passes.js)
+# counts with its own program.
 COUNTING = ("drivers/mask.frag", "drivers/classify.frag", "drivers/tile_counts.frag")
 PUSH = "drivers/push.frag"
 PACKET_HITS = "drivers/packet_hits.frag"
-MOST_KERNELS = 4        # components of a texel, in which glsl/web/alive.frag counts rays
+MOST_KERNELS = 4        # glsl/web/alive.frag counts each kernel's rays in a component of a texel
 _CAMERA = ("eye", "right", "up", "forward", "size")
 _OF_THE_EYE = (*_CAMERA, "rays_texel_0")        # the player sets these uniforms
 
@@ -51,7 +51,7 @@ class Described:
     Raises
     ------
     NotInBrowser
-        if the passes do not have the form that the player repeats
+        if the passes do not have the form that the player can repeat
     """
 
     def __init__(self, tracer: Tracer, observed: Sequence[ObservedPass], side: int,
@@ -100,7 +100,7 @@ class Described:
         self._start = self._end(once) if self._cycles else {"states": place[0], "hits": place}
 
     def _by_kernel(self, rest: Sequence[ObservedPass]) -> list[dict[str, Any]]:
-        """Return a cycle for each kernel: the first passes that run it."""
+        """Return a cycle for each kernel: the first passes that run this kernel."""
         segments: list[list[ObservedPass]] = [[]]
         for one in rest:
             if one.name in COUNTING:
@@ -122,7 +122,7 @@ class Described:
             {"passes": [self._number(one) for one in turn], **self._end(turn)} for turn in turns]}
 
     def _end(self, passes: Sequence[ObservedPass]) -> dict[str, Any]:
-        """Return the targets that hold states and hits after passes."""
+        """Return the targets that hold the states and hits after these passes."""
         written = [self._places[one.outputs[0].glo][0] for one in reversed(passes)]
         states = next((target for target in written if target in self._states), None)
         hits = next((target for target in written if target in self._hits), None)
@@ -131,7 +131,7 @@ class Described:
         return {"states": states, "hits": [hits, self._hits[hits]]}
 
     def _sampled_as(self, passes: Sequence[ObservedPass], sampler: str) -> dict[int, int]:
-        """Return the targets that passes read through a sampler: target -> the read output."""
+        """Return target -> output, for the targets that passes read through a sampler."""
         return dict(self._places[one.inputs[sampler].glo] for one in passes
                     if sampler in one.inputs and one.inputs[sampler].glo in self._places)
 
@@ -168,7 +168,7 @@ class Described:
                 inputs[sampler] = f"table:{self._tables.texture(texture)}"
             else:
                 raise NotInBrowser(f"neither a pass nor a table provides {sampler}")
-        # The printed form computes the same bits, and the page's reader sees it.
+        # Readers see the program's printed form. It computes the same bits.
         sized, fragment = self._sized(one), program_text(self._printed[one.texts[1]])
         if self._packets:
             fragment = without_do(fragment)
@@ -182,9 +182,9 @@ class Described:
                 "outputs": len(one.outputs)}
 
     def _sized(self, one: ObservedPass) -> dict[str, list[Any]]:
-        """Return the uniforms that depend on the number of rays: name -> [target, size], where
-        size is "rays" for ray textures, "tile" for a tile, or "across" for the target's tiles in a
-        row."""
+        """Return the uniforms that depend on the number of rays: name -> [target, kind]. The kind
+        is "rays" (the size of ray textures), "tile" (the size of a tile of the target) or "across"
+        (the number of the target's tiles in a row)."""
         kinds = {"ray_texture_size": "rays", "tile_size": "tile", "tiles_a_row": "across"}
         atlas = next((k for k, target in enumerate(self._targets) if "levels" in target), 0)
         return {name: [atlas if name.startswith("tile") else 0, kind]
@@ -202,7 +202,7 @@ class Described:
 
 
 def _state_record(tracer: Tracer) -> tuple[Record, str]:
-    """Return the record of a cycle's states, and its stream's name."""
+    """Return the record of a cycle's states, and the name of the stream that stores them."""
     row = tracer.method
     if row.packet_state is None:
         return row.state, "state"
@@ -224,7 +224,7 @@ def _key(one: ObservedPass) -> tuple[Any, ...]:
 
 
 def _cycle(passes: list[ObservedPass]) -> tuple[list[ObservedPass], list[ObservedPass]]:
-    """Return the passes before the first repeated pass, and those from there up to its
+    """Return the passes before the first repeated pass, and the passes from this pass up to its
     repetition."""
     keys = [_key(one) for one in passes]
     first = next((k for k, key in enumerate(keys) if key in keys[k + 1:]), None)

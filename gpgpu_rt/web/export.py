@@ -1,7 +1,7 @@
 """Export: the passes of a method, as a description that the page's player runs.
 
 The host draws a few passes and observes them. The description names the programs in GLSL ES, the
-tables, and what each pass reads and writes. The player (player.js and passes.js) knows no method.
+tables, and what each pass reads and writes. One player (player.js, passes.js) runs all methods.
 """
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ class WebMethod:
     ----------
     name, summary, citation : as in the method's row of the method table
     about : the paragraphs of the method's manual
-    schedules : for each schedule that runs in a browser, its passes
-    test : the test's rays (``side`` and ``eye``), and the numbers of two tables: the rays'
-        directions and hits (t, u, v, and the triangle or -1)
+    schedules : the passes of each schedule that runs in a browser
+    test : the test's rays (``side`` and ``eye``), and the numbers of two tables. The first table
+        has the rays' directions, the second their hits (t, u, v, and the triangle or -1)
     costs : the steps and nodes of the test's rays, and the ray with the most steps
     """
 
@@ -74,7 +74,7 @@ def web_names(names: list[str] | None = None) -> list[str]:
 
 
 def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
-    """Return a method of a page, and add its texts and tables to those of the page.
+    """Return a method's description for a page. Add its texts and tables to ``tables``.
 
     Raises
     ------
@@ -114,8 +114,8 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
 
 
 def _hand_back(tracer: Tracer) -> None:
-    """Trace the last call's rays again, and draw the pass that gives packets' hits to rays, which
-    the page needs."""
+    """Trace the last call's rays again, and draw the pass that copies the packets' hits to their
+    rays. The page needs this pass."""
     session = tracer.session
     rays, buffers = session.buffers.of((TEST_SIDE, TEST_SIDE))
     session.driver.run(rays, buffers, tracer.statistics)[0].samplers()

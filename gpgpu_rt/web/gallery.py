@@ -48,19 +48,19 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
     ----------
     scene : the scene of the methods' pages
     names : the methods that get a page each. The pages beside figures have their own methods
-    folder : the folder, created if it is missing. Other files in it stay, except the earlier page
-        of a method that does not run
+    folder : the folder, created if it is missing. Other files in the folder stay, but the earlier
+        page of a method that does not run is deleted
     left_out : receives name -> reason for each method that does not run on this scene and is left
         out
-    say : called with each line about progress
+    say : called with each line of progress
 
     Raises
     ------
     Error
         if the folder or a file cannot be written
     OptionError
-        if a method runs in no browser; or if ``left_out`` is None and a method does not run on
-        this scene
+        if a method cannot run in a browser, or if ``left_out`` is None and a method does not run
+        on this scene
     """
     web_names(list(names))
     path = _made(folder)
@@ -73,7 +73,7 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
         except (OptionError, LimitError) as reason:
             # Raise the error only after the other pages and the index are written.
             reasons[name] = str(reason)
-            (path / f"{name}.html").unlink(missing_ok=True)     # of an earlier gallery
+            (path / f"{name}.html").unlink(missing_ok=True)     # page of an earlier gallery
     twins = {twin: load_scene(twin.scene) for twin in TWINS}
     for twin, its_scene in twins.items():
         say(f"{twin.figure}: {', '.join(twin.methods)} on {twin.scene}")
@@ -111,8 +111,8 @@ def _map(scene: Scene, name: str) -> Heat:
 
 def _index(scene: Scene, maps: Mapping[str, Heat], twins: Mapping[Twin, Scene],
            left_out: Mapping[str, str]) -> str:
-    # The scale ends at the median of the maps' 99 % quantiles: the steps of brute force would make
-    # all other maps dark.
+    # The common scale ends at the median of the maps' 99 % quantiles. At the largest quantile, the
+    # many steps of brute force would make all other maps dark.
     ends = [one.summary()["quantile_99"] for one in maps.values()] or [1.0]
     highest = max(1.0, statistics.median(ends))
     cards = [_card(find_method(name), one, scene, highest) for name, one in maps.items()]

@@ -1,8 +1,8 @@
 """Packing: float32 tables as short texts, from which the page recovers the same bits.
 
-A table is cut into columns, one for each component of each texel of its record. Every number is
-predicted, and the differences are stored byte plane by byte plane, which compresses well.
-`unpack.js` reverses these steps.
+A row is one to MOST_TEXELS successive texels, whichever number packs best. Each component of a row
+is a column. Each number is predicted, and the differences from the predictions are stored byte
+plane by byte plane, which compresses well. `unpack.js` reverses these steps.
 """
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-# The predictions of a number: 0, the number before it, the number of its row, or one more than the
-# largest number before it.
+# The prediction of a number in a column: 0, the number before it, the index of its row, or one
+# more than the largest number before it.
 PREDICTIONS = ("none", "previous", "row", "fresh")
-MOST_TEXELS = 4     # records with up to this number of texels get a column for each component
+MOST_TEXELS = 4     # largest number of texels in a row
 SAMPLE = 1 << 13    # rows from which the prediction of a column is chosen
-# The values 0, 1, 2, ... of a key column divide the rows of another column into classes. The last
-# class has this number, and holds all larger values too.
+# Another column, the key, can divide a column into classes: the key's value 0, 1, 2, ... is the
+# class of the row. The last class has this number and also holds all larger values.
 CLASSES = 3
 
 
@@ -28,11 +28,11 @@ def packed_table(values: np.ndarray) -> dict[str, Any]:
     Returns
     -------
     dict
-        "values" and "width": the numbers of values and of columns; "columns": [number, codes] of
-        each column, in the order of "data": the bytes of all columns, compressed by raw deflate,
-        as base64. Codes are [kind, prediction, byte planes], or [key column, last class, a list of
-        the codes of each class] for a column whose rows are divided by the values of another
-        column.
+        "values" and "width": the numbers of values and of columns. "data": the bytes of all
+        columns, compressed by raw deflate, as base64. "columns": [number, codes] of each column,
+        in the order of "data". The codes are [kind, prediction, number of byte planes]; those of a
+        column that a key divides into classes are [key column, last class, a list of the codes of
+        each class].
     """
     flat = np.ascontiguousarray(values, "<f4").ravel()
     components = 1 if np.ndim(values) == 1 else np.shape(values)[1]
@@ -48,7 +48,7 @@ class _Columns:
 
     Attributes
     ----------
-    table : (rows, width) float32. Zeros fill the last row
+    table : (rows, width) float32. Zeros complete the last row
     cost : bytes of the packed table, estimated from the samples
     """
 
@@ -75,7 +75,7 @@ class _Columns:
             self.cost += cost * len(self.table) / max(len(sample), 1)
 
     def codes(self) -> tuple[list[Any], list[bytes]]:
-        """Return the codes of each column, undivided columns first, and the bytes."""
+        """Return [number, codes] of each column, undivided columns first, and their bytes."""
         told, parts, rows = [], [], np.arange(len(self.table))
         for k in sorted(self._codes, key=lambda k: isinstance(self._codes[k][0], int)):
             codes, column = self._codes[k], self.table[:, k]
@@ -115,7 +115,7 @@ def _classes(key: np.ndarray) -> np.ndarray:
 
 
 def _exact_integers(column: np.ndarray) -> bool:
-    """Whether a column holds only integers from -2^24 to 2^24, and no -0."""
+    """Return whether a column holds only integers from -2^24 to 2^24, and no -0."""
     if not (np.abs(column) <= 1 << 24).all():   # also false for NaN
         return False
     return bool((column.astype(np.int32).astype("<f4").view("<u4") == column.view("<u4")).all())
@@ -123,7 +123,7 @@ def _exact_integers(column: np.ndarray) -> bool:
 
 def _coded(column: np.ndarray, rows: np.ndarray, kind: str,
            prediction: str) -> tuple[list[Any], bytes]:
-    """Return a column's codes, and its differences in byte planes, lowest first."""
+    """Return a column's codes, and the byte planes of its differences, lowest byte first."""
     column = np.ascontiguousarray(column)
     if kind == "integer" and not _exact_integers(column):
         kind, prediction = "float", "none"      # the sample held integers, but not all rows do

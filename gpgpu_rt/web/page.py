@@ -111,7 +111,7 @@ def _kernel_colours() -> str:
 
 def _wires(scene: Scene, tables: PageData) -> dict[str, Any]:
     """Return the triangles whose edges the page draws. Their corners are integers from 0 to 4095
-    across the scene's box. Half of the drawn triangles of a large scene are its largest."""
+    across the scene's box. In a large scene, draw its largest triangles and a sample of others."""
     corners = scene.triangles.astype(np.float64)
     if len(corners) > MOST_WIRES:
         edges = corners[:, 1:] - corners[:, :1]

@@ -26,7 +26,7 @@ class PageData:
         self._known: dict[tuple[Any, ...], int] = {}
 
     def text(self, text: str) -> int:
-        """Return the number of a program's text, in GLSL ES."""
+        """Store a program's text in GLSL ES, and return its number."""
         told = es_text(text)
         if told not in self.texts:
             self.texts.append(told)
@@ -35,13 +35,13 @@ class PageData:
     def scene(self, scene: Scene) -> None:
         """Store the scene's triangles, from which the page makes triangle tables and surfaces.
 
-        ``triangles`` then names three tables: the distinct corners, the numbers of each triangle's
-        three corners, and each triangle's colour (8 bits each of red, green and blue).
+        ``triangles`` then has the numbers of three tables: the distinct corners, each triangle's
+        three corner indices, and each triangle's colour (8 bits each of red, green and blue).
         """
         self._corners = np.ascontiguousarray(scene.triangles, np.float32)
         bits = self._corners.reshape(-1, 3).view("V12").ravel()
         _, first, place = np.unique(bits, return_index=True, return_inverse=True)
-        # packing.py can predict many numbers if corners are numbered in the order of first use.
+        # packing.py can predict many indices if corners are numbered in the order of first use.
         order = np.argsort(first)
         numbers = np.empty(len(order), np.int64)
         numbers[order] = np.arange(len(order))
@@ -52,7 +52,7 @@ class PageData:
             "colours": self.values((colours @ (1, 256, 65536)).astype(np.float32))}
 
     def values(self, values: np.ndarray, **more: Any) -> int:
-        """Return the number of a table of values, (n,) or (n, components) float32."""
+        """Store a table of values, (n,) or (n, components) float32, and return its number."""
         key = values.shape, values.tobytes(), *more.items()
         if key not in self._known:
             self._known[key] = len(self.tables)
@@ -60,7 +60,7 @@ class PageData:
         return self._known[key]
 
     def texture(self, texture: moderngl.Texture) -> int:
-        """Return the number of the table in a texture."""
+        """Store the table that a texture holds, and return its number."""
         kind = {"f4": np.float32, "f2": np.float16}.get(texture.dtype)
         if kind is None:
             raise NotInBrowser("a table of the method does not hold floats")
@@ -72,8 +72,8 @@ class PageData:
             rows, size=size, triangles=True)
 
     def _triangle_rows(self, texels: np.ndarray) -> np.ndarray | None:
-        """Return the triangle and the field ``last`` of each row of a triangle table, (n, 2); None
-        if the page's table of these rows would differ in any bit."""
+        """Return the triangle and the field ``last`` of each row of a triangle table, (n, 2).
+        Return None if the page could not make the same table from them to the bit."""
         if texels.shape[1] != 4 or not len(self._corners):
             return None
         rows = np.zeros((-(-len(texels) // 3), 3, 4), np.float32)

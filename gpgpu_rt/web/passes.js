@@ -1,5 +1,5 @@
-// The passes of a schedule: draws them in order, and repeats the turns of its cycles until no ray is alive. A turn is
-// a part of a cycle that ends with complete states and hits (gpgpu_rt/web/described.py).
+// Draws the passes of a schedule in order, and repeats the turns of its cycles until no ray is alive. A turn is a part
+// of a cycle, and ends with complete states and hits (gpgpu_rt/web/described.py).
 
 // Number of turns between two counts of the live rays; half as many with several cycles.
 const CHECKED = 16;
@@ -8,8 +8,8 @@ const MOST_RECTANGLES = 1 << 14;
 
 // Draws the passes of a schedule. Returns the directions, the last states and hit, and the number of passes and
 // turns. The texture `directions` replaces the directions of the camera's rays. `most` limits the turns. `place`
-// names the targets, so that simultaneous traces share no target; `stopped` ends the trace. `seen` receives the
-// states and the number of turns, after the set-up and after each turn. Throws a LostContext.
+// names the targets, so that simultaneous traces share no target. The trace ends early if `stopped()` is true. `seen`
+// receives the states and the number of turns, after the set-up and after each turn. Throws a LostContext.
 async function trace(schedule, camera, width, height,
                      {directions = null, most = MOST_TURNS, place = "picture", stopped = () => false,
                       seen = null} = {}) {
@@ -37,9 +37,9 @@ async function trace(schedule, camera, width, height,
     if (seen) await seen(present, turns);
     check();
     while (schedule.repeats && turns < most && !stopped()) {
-        // A single cycle's turns may end in two targets alternately. So count the live rays from the states before
-        // the last turn: a ray is then drawn for one more turn after its end, which writes its last state into the
-        // other target too.
+        // The turns of a single cycle may write to two targets alternately. So count the live rays in the states
+        // before the last turn. A ray that has ended is then drawn for one more turn, which writes its last state into
+        // the other target too.
         const known = cycles.length > 1 ? present : before;
         if (known) {
             live = look(schedule, known.states, place);
@@ -78,7 +78,7 @@ async function tablesOf({inputs}) {
     return found;
 }
 
-// Returns a function that draws a pass. Its argument is the result of `look`, or null for all rays.
+// Returns a function that draws a pass. The function's argument is the result of `look`, or null for all rays.
 function bound(pass, made, output, textures, own, rays) {
     const into = made[pass.target], inputs = {...textures}, uniforms = {...pass.uniforms, ...own};
     for (const [sampler, source] of Object.entries(pass.inputs)) {
@@ -90,8 +90,8 @@ function bound(pass, made, output, textures, own, rays) {
     return (live) => draw(pass.vertex, pass.fragment, into, uniforms, inputs, ...spread(live, into));
 }
 
-// Returns the rectangles of live rays in a target, and the side in texels of their unit: the rays of a packet if the
-// states belong to packets and the target holds rays. An atlas has several tiles of the states' size.
+// Returns the rectangles of live rays in a target (null: the whole target), and their unit's side in texels. A unit is
+// the part of the target that one state covers, such as a packet's rays. An atlas has several tiles of this size.
 function spread(live, {tile, across, levels}) {
     const [width, height] = live ? live.size : tile, texels = tile[0] / width;
     if (!live || !live.corners || !Number.isInteger(texels) || tile[1] !== texels * height
@@ -105,7 +105,7 @@ function spread(live, {tile, across, levels}) {
     return [all, texels];
 }
 
-// Returns the owners of states: rays, or packets of several rays.
+// Returns what owns a state: "rays", or "packets" of several rays.
 function searchers(schedule) {
     return schedule.targets[schedule.start.states].of.some((size) => size < 1) ? "packets" : "rays";
 }
@@ -115,8 +115,8 @@ function field(schedule, name) {
     return [texel, "xyzw".indexOf(swizzle)];
 }
 
-// Counts the rays, or packets, that wait for each kernel, in squares of TILE x TILE. `steps` returns a ray's largest
-// number of steps.
+// Counts the rays, or packets, that wait for each kernel, in squares of TILE x TILE. `steps()` of the result is the
+// largest number of steps of a ray.
 function look(schedule, states, place) {
     const [[phase, a], [steps, b]] = [field(schedule, "phase"), field(schedule, "steps")];
     const size = sizeOf.get(states[phase]), [across, down] = size.map((length) => Math.ceil(length / TILE));
@@ -129,8 +129,8 @@ function look(schedule, states, place) {
             steps: () => read(into, 1).reduce((most, count) => Math.max(most, count), 0)};
 }
 
-// Returns the corners of rectangles (runs of squares in a row) around the rays that wait for a kernel, or with 0, for
-// any kernel. Returns null if all squares have such rays.
+// Returns the corners of rectangles around the rays that wait for `kernel` (0: for any kernel). A rectangle is a run of
+// squares in a row. Returns null if all squares have such rays.
 function rectanglesOf({squares, across, down}, kernel) {
     const corners = [], waits = (at) => kernel ? squares[at + kernel - 1] > 0
         : squares[at] + squares[at + 1] + squares[at + 2] + squares[at + 3] > 0;

@@ -1,7 +1,7 @@
-// The path of a single ray, read from the states that the method's passes write: their fields name the node or cell,
-// and the triangle under test. This script runs no traversal.
+// Reads the path of a single ray from the states that the method's passes write. Fields of the states name the node or
+// cell, and the triangle under test. This script runs no traversal.
 
-const ROW = 1024;           // states in a row of the texture that keeps them
+const ROW = 1024;           // number of states in a row of the texture that keeps a path's states
 const MOST_STATES = 8192;   // a longer path is cut off
 
 const tableValues = new Map();
@@ -13,7 +13,7 @@ function valuesOf(number) {
     });
 }
 
-// Returns (record number) -> value of a field of a table: a number, or an array for a vector.
+// Returns the function (record number) -> value of the table field `name`: a number, or an array for a vector.
 async function reader(drawn, name) {
     const [sampler, texels, texel, swizzle] = drawn.structure.places[name];
     const values = await valuesOf(tableOf(drawn, sampler)), first = "xyzw".indexOf(swizzle[0]);
@@ -32,7 +32,7 @@ function uniformOf(drawn, name) {
     return drawn.passes.map(({uniforms}) => uniforms[name]).find((value) => value);
 }
 
-// Returns (state) -> [low corner, high corner] of the state's node or cell, or null.
+// Returns the function (state) -> [low corner, high corner] of the state's node or cell, or null.
 async function boxReader(drawn) {
     const kind = drawn.structure.boxes;
     if (kind === "cells") {
@@ -50,8 +50,8 @@ async function boxReader(drawn) {
     return () => null;
 }
 
-// Returns (node) -> [low corner, high corner], or null, for a kd-tree whose nodes store only split planes: the
-// scene's box, cut by the split planes of the node's ancestors.
+// Returns the function (node) -> [low corner, high corner], or null, for a kd-tree whose nodes store only split planes.
+// A node's box is the scene's box, cut by the split planes of the node's ancestors.
 async function splitBoxes(drawn) {
     const [split, axis] = [await reader(drawn, "split"), await reader(drawn, "axis")];
     const left = await reader(drawn, "left"), parents = await parentsOf(drawn, axis, left);
@@ -69,7 +69,7 @@ async function splitBoxes(drawn) {
 
 const splitTrees = new Map();
 
-// Returns a promise of the parents of a kd-tree's nodes, or -1.
+// Returns a promise of the parent of each node of a kd-tree. The root's parent is -1.
 function parentsOf(drawn, axis, left) {
     const [sampler, texels] = drawn.structure.places.left, number = tableOf(drawn, sampler);
     return cached(splitTrees, number, async () => {
@@ -87,7 +87,7 @@ function parentsOf(drawn, axis, left) {
     });
 }
 
-// Returns (state) -> the corners of the triangle to test next, or null.
+// Returns the function (state) -> the corners of the triangle to test next, or null.
 async function triangleReader(drawn) {
     const {places} = drawn.structure;
     if (!places.v0) return () => null;
@@ -96,9 +96,9 @@ async function triangleReader(drawn) {
     return ({cursor}) => list(cursor) < 0 ? null : corners.map((corner) => corner(list(cursor)));
 }
 
-// Returns the path of a ray: for the set-up and for each step, the ray's state (`fields`), the kernel that runs next,
-// the box and its node or cell (`place`), the triangle under test and the interval on the ray. Returns null if the
-// method has no steps, or traces packets. Throws a LostContext.
+// Returns the path of a ray: an element after the set-up and after each step. An element holds the ray's state
+// (`fields`), the kernel that runs next, the box and its node or cell (`place`), the triangle under test and the
+// interval on the ray. Returns null if the method has no steps, or traces packets. Throws a LostContext.
 async function pathOf(method, camera, direction) {
     const drawn = method.schedules.step;
     if (!drawn || searchers(drawn) === "packets") return null;

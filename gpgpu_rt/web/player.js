@@ -1,20 +1,20 @@
-// The player of a page: draws the passes that the description names, in WebGL 2, for any method.
+// The player of a page. It draws the passes that the description names, in WebGL 2, for any method.
 
 const page = JSON.parse(document.getElementById("description").textContent);
 const canvas = document.getElementById("picture");
 const gl = canvas.getContext("webgl2", {antialias: false, preserveDrawingBuffer: true});
 const element = (id) => document.getElementById(id);
-const {NO_TRIANGLE, TILE} = page.constants;   // TILE: side of the squares of rays that are drawn or left out
-const UNWRITTEN = -2;      // what a target holds where no fragment wrote
+const {NO_TRIANGLE, TILE} = page.constants;   // TILE: side in rays of the squares that are drawn or skipped
+const UNWRITTEN = -2;      // value of a target's texels before any fragment is written
 const SLICE = 30;           // milliseconds of passes between two pauses for the page's events
 
-// Calls fail in many places after the WebGL context is lost. Listeners tell the reader, so no other message is
-// needed.
+// Thrown when the WebGL context is lost. A listener (start.js) already tells the reader, so whoever catches this error
+// shows no message.
 class LostContext extends Error {}
 let losses = 0;             // how often the context was lost
 
-// Returns a function that throws a LostContext if the context was lost since `watched` was called. Work calls this
-// function after each pause: the work's textures are gone even if the context was restored meanwhile.
+// Returns a function that throws a LostContext if the context was lost since `watched` was called. Asynchronous work
+// calls the function after each pause: after a loss, its textures are gone even if the context was restored meanwhile.
 function watched() {
     const before = losses;
     return () => {
@@ -34,7 +34,7 @@ function fail(message) {
     throw new Error(message);
 }
 if (!gl) fail("This browser offers no WebGL 2.");
-let parallel = null;        // the extension by which a driver says that a program is compiled
+let parallel = null;        // the extension that says whether a program is compiled
 
 function enableExtensions() {
     parallel = gl.getExtension("KHR_parallel_shader_compile");
@@ -68,13 +68,13 @@ function texture(width, height, components, values) {
 
 const values = (number) => unpacked(page.tables[number]);
 
-// Promises of tables' textures, which passes share.
+// Table number -> promise of the table's texture. Passes share these textures.
 const tables = new Map();
 function table(number) {
     return cached(tables, number, tableTexture);
 }
 
-// Returns a value that a map keeps under a key, made at first use.
+// Returns the value under a key of the map `made`. `make` makes it at first use.
 function cached(made, key, make) {
     if (!made.has(key)) made.set(key, make(key));
     return made.get(key);
@@ -100,8 +100,8 @@ async function expandedCorners() {
     return expanded;
 }
 
-// Returns the texels of a triangle table: v0 and the triangle's number, v1 and whether it is the last of its leaf,
-// v2.
+// Returns the texels of a triangle table, three a triangle: v0 and the triangle's number; v1 and whether the triangle
+// is the last of its leaf; v2.
 async function triangleTable(rows, length) {
     const from = await sceneCorners(), texels = new Float32Array(length);
     for (let row = 0; row < rows.length / 2; ++row) {
@@ -163,7 +163,7 @@ function target(place, {of = [1, 1], outputs, components = 4, levels = 1}, width
 
 const stamps = new Map();       // first word of the targets' names -> the number of traces that drew there
 
-// Frees the targets whose names begin with the word `place`; `keepsLast` keeps those of the last trace.
+// Frees the targets whose names begin with the word `place`. With `keepsLast`, keeps the targets of the last trace.
 function freeTargets(place, keepsLast = false) {
     for (const [key, {framebuffer, textures, stamp}] of targets) {
         if (!key.startsWith(`["${place} `) || keepsLast && stamp === stamps.get(place)) continue;
@@ -194,7 +194,7 @@ function started(vertex, fragment) {
     return programs.get(key);
 }
 
-// Waits until passes' programs are compiled.
+// Waits until the programs of the passes are compiled.
 async function compiled(passes) {
     for (const {made} of passes.map(({vertex, fragment}) => started(vertex, fragment))) {
         while (parallel && !gl.getProgramParameter(made, parallel.COMPLETION_STATUS_KHR) && !gl.isContextLost()) {
@@ -213,7 +213,7 @@ function program(vertex, fragment) {
         found.uniforms = new Map();
         for (let k = 0; k < gl.getProgramParameter(made, gl.ACTIVE_UNIFORMS); ++k) {
             const {name, type} = gl.getActiveUniform(made, k);
-            // An array is named after its first element.
+            // WebGL names an array by its first element, "name[0]".
             found.uniforms.set(name.replace("[0]", ""), {type, place: gl.getUniformLocation(made, name)});
         }
     }
@@ -229,7 +229,7 @@ function setUniform({type, place}, values) {
 
 let rectangleBuffer = null;
 
-// Draws a pass on rectangles (left, top, right, bottom, in units of `unit` texels), or with null on the whole target.
+// Draws a pass on rectangles (left, top, right, bottom, in units of `unit` texels; null: on the whole target).
 function draw(vertex, fragment, into, uniforms, inputs, rectangles = null, unit = 1) {
     const {made, uniforms: known} = program(vertex, fragment);
     gl.useProgram(made);
@@ -247,7 +247,7 @@ function draw(vertex, fragment, into, uniforms, inputs, rectangles = null, unit 
         gl.vertexAttrib4f(0, 0, 0, 2 * into.width / unit, 2 * into.height / unit);
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     } else {
-        if (!gl.isBuffer(rectangleBuffer)) rectangleBuffer = gl.createBuffer();     // also after a lost context
+        if (!gl.isBuffer(rectangleBuffer)) rectangleBuffer = gl.createBuffer();     // again after a lost context
         gl.bindBuffer(gl.ARRAY_BUFFER, rectangleBuffer);
         gl.bufferData(gl.ARRAY_BUFFER, rectangles, gl.STREAM_DRAW);
         gl.enableVertexAttribArray(0);

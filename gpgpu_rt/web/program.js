@@ -1,4 +1,4 @@
-// The text of a program: the method's own files stay open, the files around them are folded, kernels are marked.
+// Shows the text of a program. The method's own files are open, other files are folded, and kernels are marked.
 
 const FILE = "// ==== ";     // begins the line that names the file of the following lines
 
@@ -29,7 +29,7 @@ function showText(text, kernels) {
     element("text").dataset.present = "";
 }
 
-// Returns the lines as nodes. A kernel's lines are an element <mark>.
+// Returns the lines as nodes of the page. Each kernel's lines form an element <mark>.
 function marked(lines, kernels) {
     const found = [];
     for (let at = 0; at < lines.length; ++at) {
@@ -49,7 +49,7 @@ function marked(lines, kernels) {
     return found;
 }
 
-// Marks the present kernel, for which the clicked ray waits; with `scrolls`, scrolls to a changed kernel.
+// Marks the kernel for which the clicked ray waits. With `scrolls`, scrolls to this kernel if it is a new one.
 function markKernel(kernel, scrolls) {
     const box = element("text"), marks = [...box.querySelectorAll("mark")];
     for (const mark of marks) mark.classList.toggle("present", mark.dataset.kernel === kernel);

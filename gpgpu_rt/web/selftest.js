@@ -6,7 +6,7 @@ function announceTest() {
     element("verdict").textContent = "The test rays are being traced.";
 }
 
-// Traces the test rays by each method and schedule. `idle` waits for the reader's own picture. Throws a LostContext.
+// Traces the test rays with each method and schedule. `idle` waits for the reader's own picture. Throws a LostContext.
 async function selfTest(idle) {
     const report = element("selftest"), check = watched();
     let rays = 0, differing = 0;

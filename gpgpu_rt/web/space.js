@@ -1,4 +1,4 @@
-// The scene in space: sparse edges of the scene, and the clicked ray's way through the structure.
+// Draws the scene in space: some edges of its triangles, and the clicked ray's path through the structure.
 
 const space = element("space");
 const ENDED = "#8a93a0";    // colour of a step after which the ray has ended
@@ -12,7 +12,7 @@ async function loadWires() {
     wires = {lo, hi, corners: found.map((x, k) => lo[k % 3] + x / 4095 * (hi[k % 3] - lo[k % 3]))};
 }
 
-// A picture of the edges alone, drawn again if the view has turned.
+// A picture of the edges alone. It is drawn again when the view has turned.
 const edges = {canvas: document.createElement("canvas"), view: ""};
 function sceneEdges() {
     const view = JSON.stringify(spaceView);
@@ -31,7 +31,7 @@ function sceneEdges() {
     return edges.canvas;
 }
 
-// Returns the functions that draw a segment, a dot, and a text above points.
+// Returns three functions: they draw a segment, draw a dot, and write a text above points.
 function projector(context) {
     const {lo, hi} = wires, centre = lo.map((x, k) => (x + hi[k]) / 2);
     const radius = Math.hypot(...hi.map((x, k) => x - lo[k])) / 2 || 1, up = unit(page.camera.up);
@@ -127,7 +127,7 @@ function drawSpace(ray, path, step) {
 
 const colourOf = ({fields}) => fields.phase > 0 ? kernelColour(fields.phase) : ENDED;
 
-// Returns a line about the path's present step. `kind` is a value of "boxes" (structure.py).
+// Returns a line of text about the path's present step. `kind` is the structure's `boxes` (structure.py).
 function stepLine(path, step, kind) {
     if (!path) {
         return "The method traces packets, or it runs in a single pass: only the ray and its hit are shown. Other "

@@ -1,11 +1,11 @@
-// The page's events, and its start.
+// Handles the page's events, and starts the page.
 
 let dragging = false, listens = false;
 
-// Calls `turned` with each movement (dx, dy) of a drag, `ended` after the drag, and `clicked` after a press without
-// one.
+// Calls `turned` with each movement (dx, dy) of a drag, `ended` after the drag, and `clicked` after a press without a
+// drag.
 function onDrag(one, turned, clicked, ended) {
-    let from = null, moved = false, pressed = null;     // the place, and the pointer that is pressed
+    let from = null, moved = false, pressed = null;     // from: the last place; pressed: the pressed pointer
     one.addEventListener("pointerdown", (event) => {
         if (event.button !== 0 || !event.isPrimary) return;
         [pressed, moved, from] = [event.pointerId, false, [event.clientX, event.clientY]];
@@ -101,7 +101,7 @@ function listen() {
 
 function listenToContext() {
     canvas.addEventListener("webglcontextlost", (event) => {
-        event.preventDefault();     // else the browser restores no context
+        event.preventDefault();     // otherwise the browser does not restore the context
         lost = true;
         losses += 1;
         element("message").textContent = "The graphics card has stopped. The page waits for it; if nothing happens, "
@@ -110,18 +110,18 @@ function listenToContext() {
     canvas.addEventListener("webglcontextrestored", () => restore().catch(reportProblem));
 }
 
-// Makes again all that the lost context held.
+// Recreates everything that the lost context held.
 async function restore() {
     const check = watched();
     enableExtensions();
-    while (busy) await new Promise((next) => setTimeout(next, 20));    // the trace that was interrupted
+    while (busy) await new Promise((next) => setTimeout(next, 20));    // wait for the interrupted trace to end
     check();
     for (const made of [tables, targets, programs, tableValues, splitTrees, costs]) made.clear();
     result = path = counted = null;
     await begin();
 }
 
-// Draws the first picture, then makes the rest. Throws a LostContext; the page begins anew with a restored context.
+// Draws the first picture, then prepares the rest of the page. Throws a LostContext; `restore` then repeats `begin`.
 async function begin() {
     const check = watched();
     announceTest();
@@ -136,7 +136,7 @@ async function begin() {
     check();
     drawRamp();
     const {loop} = chosen.method.schedules;
-    if (loop) await trace(loop, chosen.camera, 32, 32, {place: "warm"});     // compiles what a drag needs
+    if (loop) await trace(loop, chosen.camera, 32, 32, {place: "warm"});     // compile the programs that a drag needs
     freeTargets("warm");
     const idle = async () => {
         while (busy && !lost) await new Promise((next) => setTimeout(next, 10));
@@ -145,7 +145,7 @@ async function begin() {
     await selfTest(idle);
 }
 
-// Tells the reader what failed. Other listeners tell about a lost context.
+// Tells the reader what failed. Another listener reports a lost context.
 function reportProblem(problem) {
     if (!(problem instanceof LostContext)) fail(problem.message);
 }

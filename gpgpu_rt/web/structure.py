@@ -1,7 +1,7 @@
 """Structure: where a page finds the box or cell of a ray's state, and the triangle under test.
 
 The page reads a ray's path from the states that the passes wrote; it runs no traversal. The
-description names state fields, and the places of fields in the tables' textures.
+description names fields of the state, and the places of table fields in textures.
 """
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def structure_of(method: Method) -> dict[str, Any]:
     Returns
     -------
     ``kernels`` names the kernels in the order of their phases. ``boxes`` is "cells" for a grid,
-    "planes" for a kd-tree, "boxes" for nodes with boxes, and "" otherwise. ``places`` gives for
-    each field its (sampler, texels of a record, texel, swizzle). ``lags`` says whether the state
+    "planes" for a kd-tree, "boxes" for nodes with boxes, and "" otherwise. ``places`` maps a field
+    to (sampler, texels of a record, the field's texel, swizzle). ``lags`` says whether the state
     already names the next node while a ray tests triangles.
     """
     tables = {record.name: record for record in method.tables if isinstance(record, Record)}
@@ -36,7 +36,7 @@ def structure_of(method: Method) -> dict[str, Any]:
         places.update(_places(KD_NODE, "split", "axis", "left"))
     elif "node" in fields:
         for record in tables.values():
-            # A leaf's record is numbered by leaf, not by node.
+            # The page looks up boxes by node, but records of KD_LEAF are numbered by leaf.
             if record.name != KD_LEAF.name:
                 names = {field.name for field in record.fields} & {"lo", "hi"}
                 places.update(_places(record, *sorted(names)))

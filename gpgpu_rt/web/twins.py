@@ -1,4 +1,4 @@
-"""Twins: the pages of a gallery beside figures of ``make figures``."""
+"""Twins: pages of a gallery, each of which goes with a figure of ``make figures``."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Twin:
-    """An interactive page beside a figure.
+    """An interactive page that goes with a figure.
 
     Attributes
     ----------

@@ -1,9 +1,9 @@
-// Visits: how often a ray's path enters nodes or cells, and how often it restarts.
+// Counts how often a ray's path enters nodes or cells, and how often it restarts.
 
-// Counts the visits of a path's states. A visit begins where the path enters another node. It is a restart if the
-// node was visited before and its box encloses the path's last box: the path goes back to the root, or with push-down
-// to a lower ancestor. A climb from child to parent is no restart. Cells, and nodes along ropes or escape indices, have
-// no restarts. `times` maps a node to its visits; `latest` is the state of the last restart, or null.
+// Counts the visits in a path's states. A visit begins where the path enters another node. The visit is a restart if
+// the node was visited before and its box encloses the box of the last node: the path goes back to the root, or with
+// push-down to a lower ancestor. A climb from child to parent is no restart. Paths through cells, ropes or escape
+// indices have no restarts. `times`: node -> number of visits; `latest`: the state of the last restart, or null.
 function visitsOf(states) {
     const times = new Map();
     let visits = 0, restarts = 0, latest = null, last = null;
@@ -33,5 +33,5 @@ function visitWords({visits, restarts, times}, kind) {
     return `${several(visits, "visit")} to ${several(times.size, "node")}, ${several(restarts, "restart")} so far`;
 }
 
-// The name of the node where a path restarts.
+// Returns the name of the node where a path restarts.
 const nodeName = ({fields}) => fields.node === 0 ? "the root" : `node ${fields.node}`;

@@ -9,8 +9,8 @@ from ..errors import Error
 
 
 def digest(value: Any) -> str:
-    """Return the SHA-256 digest of a value's pickle, which holds only the names of functions and
-    classes.
+    """Return the SHA-256 digest of a value's pickle. A pickle holds functions and classes by name
+    only.
 
     Raises
     ------

@@ -20,14 +20,14 @@ def local_cluster(count: int | None, threads: int | None) -> Any:
 
     Notes
     -----
-    Dask's dashboard is off. Its HTTP server still starts on a free port, without any page.
+    Dask's dashboard is off. Dask's HTTP server still starts on a free port, but serves no page.
     """
     import dask
     dask.config.set({"distributed.deploy.lost-worker-timeout": LOST})
-    # A separate thread creates the cluster, so that the processes that it starts, now or later to
-    # replace a killed worker, do not receive Ctrl-C. The calling thread does.
+    # Create the cluster in a separate thread that blocks Ctrl-C. Then no process of the cluster
+    # receives Ctrl-C, not even one that later replaces a killed worker. The calling thread does.
     with dask.config.set({
-            # A worker may be silent for minutes, during a pass.
+            # A worker may be silent for minutes while it draws a pass.
             "distributed.scheduler.worker-ttl": None,
             "distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}
     ), ThreadPoolExecutor(1) as maker:

@@ -1,6 +1,6 @@
 """Logs: silence Dask's log while workers are in use.
 
-When workers are interrupted or lost, this program prints its own message, not a traceback of Dask.
+When workers are interrupted or lost, the user sees this program's message, not Dask's traceback.
 """
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import threading
 from collections.abc import Iterator
 
 SILENT = logging.CRITICAL + 1
-_levels: dict[logging.Handler, int] = {}    # the levels outside of all contexts
+_levels: dict[logging.Handler, int] = {}    # each handler's level outside of all contexts
 _within = 0
 _lock = threading.Lock()
 
@@ -19,8 +19,8 @@ _lock = threading.Lock()
 def silenced() -> Iterator[None]:
     """Return a context in which Dask prints no log of this process.
 
-    Only handlers that write to a stream are silenced, until the last of several overlapping
-    contexts ends.
+    Only handlers that write to a stream are silenced. If contexts overlap, the handlers stay
+    silent until the last context ends.
     """
     global _within
     with _lock:

@@ -1,7 +1,7 @@
 """Machine lock: a shared and an exclusive lock of this machine, so that timings run undisturbed.
 
-Work holds the shared lock. A timing holds the exclusive lock, so it waits for other processes'
-work to end.
+Work holds the shared lock. A timing holds the exclusive lock, so it first waits until no other
+process works.
 """
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from typing import IO
 
 from ..disk.own_folder import open_lock, own_folder
 
-Processes = Callable[[], Iterable[int]]     # returns the present process ids
+Processes = Callable[[], Iterable[int]]     # returns the ids of the present helper processes
 
 _turn = threading.RLock()      # one thread at a time uses the machine lock
 _held: list[IO[bytes]] = []    # the lock file, while this process has locked it
@@ -36,7 +36,7 @@ def taken(waiting: Callable[[], object] = lambda: None) -> Iterator[None]:
 
     Notes
     -----
-    The lock is an operating system lock on a file of this user. It ends with its process.
+    The lock is an operating system lock on a file of this user. Its process's end releases it.
     """
     with _turn:
         if _held:
@@ -67,7 +67,7 @@ def alone() -> Iterator[None]:
 
     While this process waits, it releases its shared lock (`taken`), so other processes may get the
     exclusive lock first. Within the context, the helpers of this process (`helped`) and the
-    processes that they started are stopped.
+    helpers' child processes are stopped.
     """
     with taken():
         if _alone:
@@ -85,7 +85,7 @@ def alone() -> Iterator[None]:
 
 @contextlib.contextmanager
 def helped(by: Processes) -> Iterator[None]:
-    """Return a context in which other processes of this machine, the helpers, work for this one.
+    """Return a context in which helpers, other processes of this machine, work for this process.
 
     While this process holds the exclusive lock (`alone`), its helpers are stopped in the middle of
     their work. Helpers need no lock themselves.
@@ -96,9 +96,9 @@ def helped(by: Processes) -> Iterator[None]:
 
     Notes
     -----
-    Use this context only for work on the CPU: a graphics card would continue its work. A stopped
-    helper must not hold a lock for which the timed work waits. Mesa's single-file shader cache has
-    such a lock, so helpers need ``MESA_DISK_CACHE_MULTI_FILE=1``.
+    Use this context only for work on the CPU: a graphics card would go on working for a stopped
+    helper. A stopped helper must not hold a lock for which the timed work waits. Mesa's
+    single-file shader cache has such a lock, so helpers need ``MESA_DISK_CACHE_MULTI_FILE=1``.
     """
     _helpers.append(by)
     try:

@@ -17,8 +17,8 @@ Files = Mapping[str, bytes]     # the content of each file by its name
 def mesh_files(scene: str) -> Files:
     """Return the files of a named scene: its mesh and the cameras beside it.
 
-    The result is empty for a built-in scene, and for an AFF file, because the files that it
-    includes are not known here: each machine needs its own AFF files.
+    The result is empty for a built-in scene. It is also empty for an AFF file, because an AFF file
+    includes files that are not known here. So each machine needs its own AFF files.
     """
     name = scene.partition(":")[0]
     mesh = catalogue.mesh_path(name) if name in catalogue.ROWS else None

@@ -22,7 +22,7 @@ from ..tracer import Tracer
 MOST_TRACERS = 2
 
 Options = tuple[tuple[str, Any], ...]
-# Cache files by name. A name is the digest of the triangles, the builder and the build's options.
+# Name -> content of a cache file. The name is the digest of the triangles, builder and options.
 Structures = Mapping[str, bytes]
 
 # Locks the tracers of a worker, which share one OpenGL context.
@@ -32,7 +32,7 @@ _tracers: OrderedDict[tuple[str, str, Options], tuple[Tracer, list[Path]]] = Ord
 
 
 def received(value: Any) -> Any:
-    """Return ``value``, a scene or a motion. Other tasks get the future of this task."""
+    """Return ``value``, a scene or a motion. Other tasks have this task's future as argument."""
     return value
 
 

@@ -29,8 +29,8 @@ from .local import local_cluster
 LOCAL = "local"
 MOST_KEPT = 16      # number of scenes and structures that stay in the workers' memory
 PART = 1 << 16      # smallest number of rays in a part, approximately
-# Parts (but the last) have a multiple of ROWS image rows, so their packets are packets of the
-# whole image.
+# The number of image rows in each part, except the last, is a multiple of ROWS. So each packet of
+# a part is also a packet of the whole image.
 ROWS = 8
 PATIENCE = "10s"    # time to wait for a scheduler's answer, and for its first worker
 TILE = 128          # side in pixels of the tiles that workers draw
@@ -55,13 +55,13 @@ class Workers:
     Error
         if Dask is not installed, no scheduler answers, or the scheduler has no workers
     OptionError
-        if ``count`` or ``threads`` is not a positive whole number, or ``scheduler`` not text
+        if ``count`` or ``threads`` is not a positive integer, or ``scheduler`` is not a string
 
     Notes
     -----
     A scene is sent once. A structure is built once and sent as cache files. If a worker is killed,
     other workers run its tasks. Local processes start by "spawn", so a script that opens them
-    needs ``if __name__ == "__main__":``. Opening them sets Dask's
+    needs ``if __name__ == "__main__":``. Opening local processes sets Dask's
     ``distributed.deploy.lost-worker-timeout`` in this process.
     """
 
@@ -149,7 +149,7 @@ class Workers:
         finished = distributed.as_completed(futures, loop=self.client.loop)
         waiting = {future.key: (at, future) for at, future in enumerate(futures)}
         count = len(futures)
-        del futures     # a worker keeps a result until its future is deleted
+        del futures     # workers keep a result until its future is deleted
         try:
             for done, future in enumerate(finished, 1):
                 at, _ = waiting.pop(future.key)
@@ -331,7 +331,7 @@ class Workers:
             tasks.received, value, key=f"sent-{content}-{uuid.uuid4().hex}"))
 
     def _kept(self, key: tuple[Any, ...], submit: Callable[[], Any]) -> Any:
-        """Return a key's future, submitted anew if missing or failed."""
+        """Return a key's future. Submit the task again if its future is missing or has failed."""
         if key not in self._futures or self._futures[key].status not in ("pending", "finished"):
             self._futures[key] = submit()
         self._futures.move_to_end(key)

@@ -70,8 +70,8 @@ def test_an_option_may_be_called_build_or_triangles(folder: Path) -> None:
 
 
 def test_a_structure_of_ones_own_comes_back(folder: Path, monkeypatch, tmp_path) -> None:
-    """`cached` keeps and reads a user's own class. A builder without a return annotation is an
-    error."""
+    """`cached` stores and loads instances of a user's own class. A builder without a return
+    annotation is an error."""
     (tmp_path / "heights.py").write_text(HEIGHTS)
     monkeypatch.syspath_prepend(tmp_path)
     heights = importlib.import_module("heights")
@@ -105,8 +105,8 @@ def test_builder_options_triangles_and_text_all_make_another_file(folder, monkey
 
 
 def test_the_digest_follows_every_file_of_the_builders(tmp_path, monkeypatch) -> None:
-    """The digest depends on each Python file beside `cache` and on the file of the builder's own
-    module."""
+    """A builder's digest depends on each Python file in the folder of `cache`, and on the file of
+    the builder's module."""
     monkeypatch.setattr(cache, "__file__", str(tmp_path / "cache.py"))
     digests = set()
     monkeypatch.setattr(sys.modules["pytest"], "__file__", str(tmp_path / "own" / "own.py"))

@@ -1,5 +1,5 @@
-"""The bounds of clipped triangles equal the bounds of polygons that are cut plane by plane, as
-Havran and Bittner cut them."""
+"""The bounds of clipped triangles equal the bounds of polygons that are cut by one plane after
+another, the method of Havran and Bittner."""
 from __future__ import annotations
 
 import numpy as np
@@ -29,8 +29,8 @@ def cut(triangle: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
 def test_bounds_are_those_of_the_cut_polygon(size: float, seed: int) -> None:
     """Bounds are right for triangles that are smaller than the box, and for larger triangles.
 
-    All corners of the largest triangles lie outside the box. If such a triangle meets the box,
-    usually edges of the box pierce the triangle.
+    All corners of the largest triangles lie outside the box. If one of these triangles meets the
+    box, usually edges of the box pierce the triangle.
     """
     rng = np.random.default_rng(seed)
     count = 500

@@ -37,8 +37,8 @@ triangles = (random((4000, 1, 3)) + 0.02 * random((4000, 3, 3))).astype(np.float
 {guard}build_kdtree(triangles, workers=2)
 """
 
-# FORKED hangs if a forked process waits for the threads of its parent's pool. NESTED hangs if the
-# threads of a pool wait for each other. After 30 seconds, a signal ends a program that hangs.
+# The program FORKED hangs if a forked process waits for the threads of its parent's pool. NESTED
+# hangs if the threads of a pool wait for each other. After 30 seconds, a signal ends the program.
 FORKED = """
 import os, signal, sys
 import numpy as np
@@ -124,8 +124,8 @@ def test_a_tree_that_has_no_subtrees_to_deal_out(count: int) -> None:
 
 def test_beside_a_context_and_not_in_the_cache_s_name(precise_renderer, tmp_path,
                                                       monkeypatch) -> None:
-    """Workers build while an OpenGL context is open. One cache file serves any number of
-    workers."""
+    """Workers can build while an OpenGL context is open. The name of the cache file does not
+    contain the number of workers."""
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path))
     scene = soup_scene(2000, 45, size=0.05)
     rays = random_rays(scene, 500, 46)
@@ -195,8 +195,8 @@ def test_numbers_of_workers_that_are_none(workers) -> None:
 def test_threads_build_the_same(build: Callable, options: dict, seed: int, monkeypatch) -> None:
     """The tree does not depend on which thread finishes first.
 
-    The scene looks the same along all axes, so splits cost the same along all axes. The builder
-    must then split along the first axis.
+    The scene looks the same along all axes, so splits cost the same along all axes. With equal
+    costs, the builder must split along the first axis.
     """
     random = np.random.default_rng(seed)
     some = (random.random((1000, 1, 3)) + 0.1 * random.random((1000, 3, 3))).astype(np.float32)

@@ -25,7 +25,7 @@ METHODS = [row.name for row in rt.methods()]
 
 @pytest.fixture(scope="module")
 def ball() -> rt.Scene:
-    """Returns a closed mesh, which the tests see from inside and from outside."""
+    """Returns a closed mesh. Tests trace rays from inside and from outside."""
     mesh = trimesh.creation.icosphere(subdivisions=3)
     return rt.Scene.from_arrays(mesh.vertices * 3.7 + 1.3, mesh.faces, name="ball")
 
@@ -51,8 +51,8 @@ def test_rays_follow_the_seed(ball) -> None:
 
 
 def answers(known: KnownRays, **changes: tuple[np.ndarray, object]):
-    """Judge the true hits after changes. ``changes`` maps the name of a field to (rays, values):
-    the field of these rays gets these values."""
+    """Change fields of the true hits, and judge the result. ``changes`` maps the name of a field
+    to (rays, values): the field of these rays gets these values."""
     hits = copy.deepcopy(known.truth)
     for name, (rays, values) in changes.items():
         getattr(hits, name)[rays] = values
@@ -219,7 +219,7 @@ def test_accuracy_command(capsys, tmp_path) -> None:
     meanings = dict(re.findall(r"(?m)^([^:\n]+): (.+)", out.partition("\n\n")[2]))
     assert ", ".join(["method", "precision", *meanings]) == ", ".join(heads)
     assert "up to 64 rays of each kind" in out and "bench" in meanings["Mrays/s, ms"]
-    assert "0.012" in out  # 0 wrong rays of 256 prove a share of at most 0.012
+    assert "0.012" in out  # if no ray of 256 is wrong, at most this share of all rays is wrong
     path.unlink()
     for more, message in ((["--precisions", "fp12"], "no precision"), (["--rays", "0"], "rays"),
                           (["-m", "gird"], "did you mean grid"),

@@ -137,9 +137,9 @@ def test_knobs_come_from_the_option_tables(method: str) -> None:
 
 @pytest.fixture
 def few_rays(monkeypatch) -> None:
-    """Each stage of the tuner before the proof uses fewer rays. Most stages run a candidate only
-    once to measure its time. Chance then decides which candidate is fastest, but each choice
-    still keeps its promise."""
+    """Make each stage of the tuner before the proof use fewer rays. Most stages then time a
+    candidate in a single run. Chance decides which candidate is fastest, but each choice still
+    keeps its promise."""
     for name, value in (("PROBE", 256), ("SCREEN", 1024), ("FIELD", 1024), ("RUNS", 1)):
         monkeypatch.setattr(tuning, name, value)
 
@@ -162,7 +162,7 @@ def test_the_chosen_keeps_its_promise(ball, few_rays, seed: int, method: str) ->
         outcomes = [t.outcome for t in search.trials]
         assert outcomes.count("chosen") == 1
         assert set(outcomes) <= {"chosen", "missed", "slower", "not possible", "not reached"}
-        for trial in search.trials:  # a "slower" candidate was not faster where both were timed
+        for trial in search.trials:  # "slower" candidates were no faster than the chosen one
             times = trial.times_slower(search.chosen)
             assert trial.outcome != "slower" or times is None or times >= 1
             assert trial.outcome != "not reached" or "times faster" in trial.note
@@ -177,9 +177,9 @@ def test_the_chosen_keeps_its_promise(ball, few_rays, seed: int, method: str) ->
 
 
 def test_what_is_traced_keeps_the_promise(ball, few_rays) -> None:
-    """The settings hold a choice for coherent rays and a choice for incoherent rays. A tracer that
-    picks between the two keeps the promise. The test traces eye rays and random rays in separate
-    calls."""
+    """The settings hold one method for coherent rays and one for incoherent rays. A tracer that
+    picks between the two methods keeps the promise. The test traces eye rays and random rays in
+    separate calls."""
     found = tune(ball, Promise(**LOOSE), names=["bvh-threaded", "bvh-packet"], budget=0)
     with rt.Tracer(ball, found.settings.choices) as tracer:
         for kind, rays in (("eye", COHERENT), ("random", INCOHERENT)):
@@ -195,8 +195,8 @@ def test_what_is_traced_keeps_the_promise(ball, few_rays) -> None:
 @pytest.mark.parametrize("changes", [{"kinds": ("random", "edges")}, {"kinds": ("eye",)},
                                      {"max_bytes": 10 ** 9}])
 def test_one_choice_where_two_cannot_be_told_or_held(changes: dict) -> None:
-    """A promise is not split into one for coherent and one for incoherent rays if it lacks eye
-    rays or random rays, or if it limits the texture bytes."""
+    """The tuner splits a promise into two: for coherent and for incoherent rays. It does not split
+    a promise without eye rays, without random rays, or with a limit of texture bytes."""
     promise = Promise(**LOOSE, **changes)
     assert promise.split() == {"all": (promise, None)}
 
@@ -280,8 +280,8 @@ def test_tune_command(few_rays, capsys, tmp_path, monkeypatch) -> None:
     monkeypatch.setenv("GPGPU_RT_CACHE", "")
     assert cli.main([*arguments[:-2], "--max-t-error", "1e-2"]) == 0
     assert "write the settings to a file by -o" in capsys.readouterr().err
-    # The promise exceeds float32's precision: no file is written, and a message names the closest
-    # candidate.
+    # The promised error is below float32's precision: no file is written, and a message names the
+    # closest candidate.
     assert cli.main([*arguments, "--max-t-error", "1e-12", "--json"]) == 1
     out, error = capsys.readouterr()
     search, = json.loads(out)["searches"]  # no second search starts after the first one fails

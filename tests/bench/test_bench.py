@@ -28,7 +28,7 @@ from gpgpu_rt.gl.context import open_gpu, threads_of
 from gpgpu_rt.gl.environment import environment
 
 SIZE = 24
-# `gpgpu_rt.bench.race` is the function, so import its module by the full name.
+# The attribute `gpgpu_rt.bench.race` is the function `race`, so import the module by its name.
 race_module = importlib.import_module("gpgpu_rt.bench.race")
 
 
@@ -114,8 +114,7 @@ def test_embree_in_c_tells_of_a_failed_compilation(monkeypatch, tmp_path) -> Non
 
 
 def test_an_engine_of_few_rays_says_of_how_many(capsys) -> None:
-    """If an engine traces only a part of the rays, its title says how many of the rays it
-    traces."""
+    """If an engine traces only a part of the rays, the engine's title gives their number."""
     own = next(one for one in ENGINES if one.name == OWN)
     if own.missing:
         pytest.skip(own.missing)
@@ -129,12 +128,12 @@ def test_an_engine_of_few_rays_says_of_how_many(capsys) -> None:
 
 
 def test_a_race_takes_ratios_turn_by_turn() -> None:
-    """In each round, a race divides embreex's seconds by the seconds of an entry."""
+    """In each round, a race divides embreex's seconds by the seconds of each entry."""
     entries = race("cornell", RAY_SETS["eye"], [("grid", {}), ("bvh-threaded", {"octants": True})],
                    SIZE, 2, [one for one in ENGINES if one.name == EMBREE])
     assert [entry.name for entry in entries][:2] == ["grid", "bvh-threaded"]
     assert all(len(entry.seconds) == 2 and entry.rays == SIZE ** 2 for entry in entries)
-    assert entries[0].bytes_a_triangle > 48  # the texels of a triangle's corners need 48
+    assert entries[0].bytes_a_triangle > 48  # a triangle's corners are three texels of 16 bytes
     if len(entries) == 3:
         ours, theirs = entries[0], entries[2]
         assert ours.over == pytest.approx([b / a for a, b in zip(ours.seconds, theirs.seconds)])
@@ -162,7 +161,7 @@ def test_a_noisy_machine_gives_none(seconds: list[float], why: str) -> None:
 
 
 def test_rates_of_a_large_spread_are_called_uncertain(capsys) -> None:
-    """The warning names each unsteady entry, also if embreex is steady or missing."""
+    """The warning names each unsteady entry, even if embreex is steady or missing."""
     steady, unsteady = _entry(EMBREE, [1, 1.1, 1], [1, 1, 1]), _entry("grid", [1, 1.6, 1], [2] * 3)
     assert uncertain([steady, unsteady]) == uncertain([unsteady]) == [unsteady]
     benching._print("cornell", "eye", [steady, unsteady], 64)
@@ -254,7 +253,7 @@ def test_an_engine_that_cannot_be_imported_is_left_out(capsys, tmp_path, monkeyp
 
 
 def test_a_kind_of_rays_is_raced_once_and_a_scene_told_of_once(capsys, tmp_path) -> None:
-    """A kind of rays that is named twice has one race. A bad scene gives one line of error."""
+    """A kind of rays that is named twice is raced once. A bad scene gives one line of error."""
     bench = ["bench", "cornell", "--size", "8", "--runs", "1", "-m", "grid", "--json"]
     assert cli.main([*bench, "--rays", "random,eye,random"]) == 0
     assert [one["rays"] for one in json.loads(capsys.readouterr().out)["races"]] == [

@@ -33,8 +33,8 @@ def test_trimeshs_engine_gets_its_rays_in_blocks(monkeypatch) -> None:
 
 @pytest.mark.parametrize("kind", ["eye", "mirror", "shadow"])
 def test_statistics_count_the_work_per_ray(kind: str, capsys) -> None:
-    """Pixels without a ray do not count, although the tracer's means are over all pixels. The work
-    of a packet is divided by the number of its rays."""
+    """`bench` divides the work by the number of rays. Pixels without a ray do not count, although
+    the tracer's means are over all pixels. The rays of a packet share its work."""
     arguments = ["bench", "bunny", "--size", "16", "-m", "grid,bvh-packet", "--runs", "1",
                  "--rays", kind, "--engine", "none", "--statistics"]
     assert cli.main([*arguments, "--json"]) == 0
@@ -80,8 +80,8 @@ def test_an_engine_that_cannot_run_is_one_line(capsys, monkeypatch) -> None:
 
 @pytest.mark.parametrize("failure, status", [(MemoryError, 1), (KeyboardInterrupt, 130)])
 def test_finished_races_survive_a_failure(monkeypatch, capsys, failure, status: int) -> None:
-    """If a race fails, the results of the finished races are printed before the error. No scene is
-    loaded for this again."""
+    """If a race fails, the results of the finished races are printed before the error. To print
+    the results, no scene is loaded again."""
     timed, loaded = benching.race, []
 
     def fails(scene: str, *rest) -> list:

@@ -78,7 +78,7 @@ def test_a_picture_in_the_era_form_says_what_the_card_would_have_taken(capsys, t
     found = re.search(r"the NVIDIA GeForce 6800 Ultra would have taken about ([\d,]+) ms", told)
     assert found and int(found[1]) > 0
     shares = [int(share) for share in re.findall(r"(\d+)%", told)]
-    assert 97 <= sum(shares) <= 103     # rounded shares of the whole
+    assert 97 <= sum(shares) <= 103     # percentages, each rounded
     assert "would have taken" not in _rendered(capsys, tmp_path)
     assert "the ATI Radeon 9700 Pro would have taken about" in _rendered(
         capsys, tmp_path, "--era", "r300")

@@ -1,4 +1,4 @@
-"""``gpgpu-rt scenes --fetch`` puts whole scenes where `load_scene` finds them. A mistake on the
+"""``gpgpu-rt scenes --fetch`` puts complete scenes where `load_scene` finds them. A mistake on the
 command line leaves no files."""
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def _file(scene: str, path: str, content: bytes) -> SourceFile:
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Path:
-    """A user's folder, with small originals of two scenes in ``copy``. The bunny is in an archive.
-    The robots are in three files, two of which are equal; the command keeps all three files."""
+    """Return a user's folder. Its subfolder ``copy`` has small originals of two scenes: the bunny
+    in an archive, and the robots in three files. Two of these files are equal; all are kept."""
     monkeypatch.setenv("GPGPU_RT_SCENES", "")
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     monkeypatch.chdir(tmp_path)
@@ -129,8 +129,8 @@ def test_a_damaged_file_leaves_the_finished_scenes(folder: Path, capsys) -> None
 @pytest.mark.parametrize("before", [False, True], ids=["after", "before"])
 def test_an_interrupted_fetch_ends_the_same(folder: Path, monkeypatch, capsys, step: str,
                                             number: int, before: bool) -> None:
-    """The user interrupts before or after a call of a step. The command, run again, completes the
-    fetch."""
+    """The user interrupts before or after a call of a step. If the command runs again, it
+    completes the fetch."""
     done, calls = getattr(module, step), 0
 
     def interrupted(*given):

@@ -1,10 +1,10 @@
-"""Exhaustive search: finds nearest hits in integer arithmetic. It tests each triangle whose box is
-met by the line of a ray, unless float64 already proves a miss.
+"""Exhaustive search: finds nearest hits in integer arithmetic. If a ray's line meets a triangle's
+box, the search tests the triangle, unless float64 already proves a miss.
 
 Without ``tree``, this search shares no code with `gpgpu_rt.reference`, because it finds candidates
 with a slab test of its own. With ``tree``, it finds them in the reference's tree of boxes, which
-is ten times as fast. In both cases, the signs of the volumes that a ray's direction and each edge
-of a triangle span decide whether the ray hits. The reference uses Cramer's rule.
+is ten times as fast. In both cases, a ray's direction spans a volume with each edge of a triangle,
+and the signs of the three volumes decide whether the ray hits. The reference uses Cramer's rule.
 """
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def nearest(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
     best = [None] * n
     exact = volumes(triangles[triangle], origins[ray], directions[ray])
     # The t of a hit is the fraction above / below of two integers. `outside` also turns t_min and
-    # t_max into fractions. Products of integers compare fractions exactly.
+    # t_max into fractions. Compare fractions exactly, by products of integers.
     for one, which, above, below in zip(ray.tolist(), triangle.tolist(), *exact):
         if not below or outside(above, below, first[one], last[one]):
             continue
@@ -86,7 +86,7 @@ def candidates(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarra
 
 def candidates_of_tree(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray
                        ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pairs of `candidates`, found in the reference's tree of boxes."""
+    """Return pairs as `candidates` does, but find them in the reference's tree of boxes."""
     n = len(origins)
     found = list(ReferenceTree(triangles.astype(np.float64)).pairs(
         origins.astype(np.float64), directions.astype(np.float64), np.full(n, -np.inf),
@@ -97,8 +97,8 @@ def candidates_of_tree(triangles: np.ndarray, origins: np.ndarray, directions: n
 
 def straddling(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                ray: np.ndarray, triangle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pairs (ray, triangle) that may be hits. A pair is dropped if two of its volumes
-    have different signs and both are larger than the rounding errors of float64."""
+    """Return the pairs (ray, triangle) that may be hits. Drop a pair if two of its three volumes
+    have different signs, and the sizes of both exceed the rounding errors of float64."""
     o, d = origins.astype(np.float64)[ray], directions.astype(np.float64)[ray]
     d = d / np.abs(d).max(1, keepdims=True)
     size = np.abs(triangles.astype(np.float64)).max() + np.abs(o).max(1)
@@ -132,8 +132,8 @@ def in_slabs(o: np.ndarray, d: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np
 
 def volumes(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray
             ) -> tuple[list, list]:
-    """Return the integers of t = above / below for each of k pairs (ray, triangle). For a miss,
-    below is 0."""
+    """Return the integers above and below of t = above / below, for each pair (ray, triangle). For
+    a miss, below is 0."""
     scale = 149     # every float32 is a multiple of 2^-149
     v, o, d = (whole(array, scale) for array in (triangles, origins, directions))
     a, b, c = (v[:, i] - o for i in range(3))

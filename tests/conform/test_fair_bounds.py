@@ -1,8 +1,8 @@
 """The suite's error bounds hold for every triangle test of the project.
 
 The bounds are those of fair engines. A fair engine rounds like float32, but its operations
-together may lose up to four more bits. A ray may pass between two triangles at their common edge,
-and then it hits nothing or a triangle behind. But no triangle test has a false hit or a wrong t,
+together may lose up to four more bits. Its rays may pass between two triangles at their common
+edge, and then hit nothing or a triangle behind. But no triangle test has a false hit or a wrong t,
 except at slivers and at tiny triangles far from the ray.
 """
 from __future__ import annotations

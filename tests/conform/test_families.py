@@ -40,8 +40,8 @@ def check_exact(name: str, rays: int, seed: int, tree: bool = False) -> None:
     With ``tree``, both find candidates in the reference's tree of boxes.
 
     The first computation is the reference. It uses float64 with error bounds, and integers where
-    the bounds do not decide. The second is `nearest`. It tests in integers each triangle whose box
-    the ray's line meets, unless float64 already proves a miss.
+    the bounds do not decide. The second is `nearest`. If the ray's line meets a triangle's box,
+    `nearest` tests the triangle in integers, unless float64 already proves a miss.
     """
     case = make_case(name, rays, seed)
     rays = reference.as_rays(*case.rays, "raise")[:4]
@@ -65,7 +65,7 @@ def test_two_paths_agree(name: str, seed: int) -> None:
 def test_two_paths_agree_in_full(name: str, seed: int) -> None:
     slow = FAMILIES[name].most < 1000
     rays = 10 * FAMILIES[name].most if slow else FULL_RAYS // 40
-    # In a slow family, each ray meets many triangles: 1,000 rays of "coincident" need 20 GB.
+    # Check slow families in small parts: 1,000 rays of "coincident" need 20 GB.
     at_once = FAMILIES[name].most if slow else 50_000
     for part in range(0, rays, at_once):
         check_exact(name, min(at_once, rays - part), seed + part, tree=True)

@@ -51,8 +51,8 @@ FAULTS: dict[str, tuple[str, dict, list[tuple[str, str, str]]]] = {
         (WATERTIGHT, INSIDE, "bool inside = none_below_zero(w);")]),
     "not watertight": ("brute-force", {"intersection": "moller-trumbore"}, []),
 }
-# Contraction fuses a product and a sum into one operation with a single rounding. No renderer at
-# hand contracts, so tests/mirror.py imitates it.
+# Contraction fuses a product and a sum into one operation with a single rounding. No renderer here
+# contracts, so tests/mirror.py imitates contraction.
 CONTRACTION = "contraction"
 
 # Fault -> the families that must find the fault.

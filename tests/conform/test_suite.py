@@ -36,7 +36,7 @@ DIRECTIONS = np.float32([[0, 0, -1]] * 3)
 
 
 def wrong(method: str, schedule: str, name: str, rays: int) -> dict[str, int]:
-    """Return the number of rays for each kind of wrong answer that occurs."""
+    """Return kind -> number of rays, for each kind of wrong answer that occurs."""
     known = Known.of(name, rays)
     answers = Spec(METHOD, method, schedule).load()(known.case)
     verdicts = known.judge(answers, slice(None))
@@ -110,7 +110,7 @@ def test_wrong_shapes_are_named() -> None:
 
 @pytest.fixture
 def engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """A function that writes a module of engines and returns the spec of one of its functions."""
+    """Return a function that writes a module of engines and returns the spec of an engine."""
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     monkeypatch.chdir(tmp_path)
 
@@ -176,8 +176,8 @@ def test_an_engine_that_hangs_is_not_run_again(engine) -> None:
 def test_an_engine_that_cannot_be_loaded_has_no_wrong_rays(
         body: str, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
         capsys: pytest.CaptureFixture[str]) -> None:
-    """An installed package may lack a library of the system. Then its rays do not count as
-    crashes."""
+    """An installed package may lack a library of the system. Then the engine's rays do not count
+    as crashes."""
     (tmp_path / "embreex").mkdir()
     (tmp_path / "embreex" / "__init__.py").write_text(body)
     (tmp_path / "embreex" / "mesh_construction.py").touch()
@@ -255,8 +255,8 @@ WALL = np.float32([[[-9, -9, -1], [9, -9, -1], [0, 9, -1]]])
 
 
 def test_a_wall_behind_an_edge_is_no_excuse() -> None:
-    """A ray through the diagonal of a square must hit the square. An engine may not report the
-    wall behind the square instead, although only the wall's hit is certain."""
+    """A ray through the diagonal of a square must hit the square. It is wrong to report the wall
+    behind the square instead, although only the wall's hit is certain."""
     rays = np.concatenate([QUAD, WALL]), [[0.5, 0.5, 1]], [[0, 0, -1]]
     assert reference.acceptance(*rays).triangle.tolist() == [0, 1]
     assert reference.check(*rays, [2.0], [2]).kind.tolist() == [WRONG_NEAREST]

@@ -56,8 +56,8 @@ def test_both_files_hold_the_same(exported: Path, name: str) -> None:
 @pytest.mark.parametrize("name", ["sphere-edges", "intervals", "coincident"])
 def test_the_reader_judges_as_the_suite_does(exported: Path, tmp_path: Path, name: str,
                                              seed: int) -> None:
-    """The test changes some of the right answers at random. The reader and the suite judge these
-    answers alike."""
+    """The reader and the suite judge answers alike. The test makes the answers by random changes
+    of some right answers."""
     known, rng = Known.of(name, 40, 1), np.random.default_rng(seed)
     exact = known.answers.exact
     triangle, t = exact.triangle.copy(), exact.t.copy()

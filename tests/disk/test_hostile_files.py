@@ -130,7 +130,7 @@ def test_a_missing_texture_of_a_ply_file_is_refused(tmp_path: Path, capfd) -> No
 # Sizes ------------------------------------------------------------------------------------------
 
 def test_blanks_of_an_obj_are_read_once(tmp_path: Path) -> None:
-    """The time to read long runs of blanks does not grow with the square of their length."""
+    """The time to read many blanks in a row does not grow with the square of their number."""
     (tmp_path / "m.obj").write_text(f"{TRIANGLE}{' ' * 200_000}\nf 1{' ' * 200_000}2 3\n")
     assert isinstance(within_seconds(20, lambda: rt.load_scene(tmp_path / "m.obj")), rt.Scene)
 
@@ -237,7 +237,7 @@ def test_an_archive_that_inflates_is_refused(tmp_path: Path, monkeypatch) -> Non
         read_npz(tmp_path / "r.npz", "rays")
     assert read_npz(tmp_path / "r.npz", "rays", names=("directions",)) == {}
     np.savez(tmp_path / "r.npz", origins=np.zeros((10 ** 6, 3)))
-    assert len(read_npz(tmp_path / "r.npz", "rays")) == 1  # uncompressed: no larger than the file
+    assert len(read_npz(tmp_path / "r.npz", "rays")) == 1  # no larger than the file
 
 
 @pytest.mark.parametrize("shape", [(10 ** 9, 3), (10 ** 18, 10 ** 18), (-1, 3)])
@@ -331,7 +331,7 @@ def test_a_name_that_is_not_utf_8_is_read_and_written(tmp_path: Path, monkeypatc
         for words in ([], ["--json"]):
             assert main(["render", str(tmp_path / f"{name}.ply"), "--size", "8", "-o",
                          str(tmp_path / f"{name}.png"), *words]) == 0
-        assert main(["methods"]) == 0  # the list has the name Günther
+        assert main(["methods"]) == 0  # prints a name that is not ASCII: Günther
     assert (tmp_path / f"{name}.png").is_file()
     assert rt.load_scene(tmp_path / f"{name}.ply").name == "caf?"
 

@@ -1,5 +1,5 @@
-"""Where the package keeps its files, it refuses links, FIFOs and other users' files. Only the
-folder GPGPU_RT_CACHE may be a link, if the link leads to a folder of the user."""
+"""In its own folders, the package refuses links, FIFOs and other users' files. Only the folder
+GPGPU_RT_CACHE may be a link, and this link must lead to a folder of the user."""
 from __future__ import annotations
 
 import os
@@ -99,7 +99,7 @@ def test_an_own_folder_is_for_this_user_alone(temporary: Path) -> None:
 
 @pytest.mark.parametrize("what", ["link", "folder", "fifo"])
 def test_what_is_no_lock_is_named(what: str, temporary: Path) -> None:
-    """A link, a folder or a FIFO in the place of the lock file is an error that gives its path."""
+    """A link, a folder or a FIFO in the place of the lock file is an error that gives the path."""
     path = machine._file()
     if what == "link":
         path.symlink_to(temporary / "elsewhere")

@@ -23,8 +23,8 @@ ROWS = {row.name: row for row in rt.methods()}
 
 
 def built_on(kind: type) -> list[str]:
-    """Returns the methods whose accelerator has the type ``kind`` and whose states tests can read
-    after each step."""
+    """Returns the methods with an accelerator of the type ``kind``. Methods whose states cannot be
+    read after each step are left out."""
     probe = make_case("one-triangle", 1, 0).scene
     names = []
     for name, row in ROWS.items():
@@ -69,8 +69,8 @@ def test_rows_24_and_25_rays_from_split_planes(precise_renderer, method: str, se
     assert not hits.status.any()
     leaves = int((tree.axis == 3).sum())
     assert hits.leaves_visited.max() <= leaves
-    # For each leaf, a ray walks at most from the root to the leaf and back. Each tested triangle
-    # is a step, too, and is subtracted. A packet also walks to empty leaves, which do not count as
+    # For each leaf, a ray walks at most from the root to the leaf and back. A triangle test is a
+    # step, too, so subtract the tests. A packet also walks to empty leaves, which do not count as
     # visited, so the bound for packets uses the number of all leaves.
     walks = leaves if ROWS[method].packet else hits.leaves_visited
     assert (hits.steps - hits.triangles_tested <= walks * (2 * tree.depth + 2) + 1).all()
@@ -83,8 +83,8 @@ def test_rows_24_and_25_rays_from_split_planes(precise_renderer, method: str, se
 def test_row_25_triangles_in_split_planes(precise_renderer, method: str, seed: int) -> None:
     """Hits on triangles that lie in split planes equal the hits of brute force.
 
-    The test builds a tree and adds flat triangles in its split planes. Many of these planes are
-    also split planes of the second tree, which contains the flat triangles.
+    The test builds a tree and adds flat triangles in its split planes. A second tree contains the
+    flat triangles too. Many split planes of the first tree are also split planes of the second.
     """
     rng = np.random.default_rng(seed)
     triangles = soup(400, seed, 0.05)
@@ -108,8 +108,8 @@ def test_row_25_triangles_in_split_planes(precise_renderer, method: str, seed: i
 
 def cells_crossed(grid: Grid, origins: np.ndarray, directions: np.ndarray, end: np.ndarray,
                   shortest: float) -> np.ndarray:
-    """Returns a key for each pair of a ray and a cell in which the ray's segment is longer than
-    ``shortest``, computed in float64. The function `keys` defines the keys."""
+    """Returns a key (see `keys`) for each pair of a ray and a cell that the ray crosses. Pairs are
+    left out if the ray's segment in the cell, in float64, is not longer than ``shortest``."""
     origins, directions = origins.astype(np.float64), directions.astype(np.float64)
     lo, size = grid.lo.astype(np.float64), grid.cell_size.astype(np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -148,11 +148,10 @@ def cells_visited(tracer: rt.Tracer, origins: np.ndarray,
                          ids=["row28", "row29"])
 @pytest.mark.parametrize("method", [name for name in GRID if "proximity" not in name])
 def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: float) -> None:
-    """A grid visits the cells that a ray crosses.
+    """A grid visits the cells that a ray crosses, if the ray's segment in the cell is long enough.
 
-    Row 28: the grid visits each cell in which the ray's segment is longer than twice the padding
-    of boxes. Row 29: for all but 1.7 % of the rays, the grid visits each cell in which the segment
-    is longer than 1e-9.
+    Row 28: long enough is more than twice the padding of boxes. Row 29: long enough is more than
+    1e-9, and 1.7 % of the rays may miss such a cell.
     """
     case = make_case(name, 300, 5)
     with rt.Tracer(case.scene, method, schedule="step", **case.options[method]) as tracer:
@@ -172,12 +171,12 @@ def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: fl
 @pytest.mark.parametrize("far", [False, True], ids=["near", "moved-1e4"])
 @pytest.mark.parametrize("method, options", [
     pytest.param(name, options, id="-".join([name, *map(str, options.values())]))
-    for name in BVH if not ROWS[name].single  # no packets: their rays visit nodes together
+    for name in BVH if not ROWS[name].single  # no packets, whose rays visit nodes together
     for options in variants(name) if set(options) <= {"quantise_nodes"}])
 def test_rows_31_and_32_nodes_visited_contain_the_exact_ones(method: str, options: dict, far: bool,
                                                              seed: int) -> None:
-    """A ray aimed at the corners of boxes visits every node whose box it meets before its hit, as
-    computed in float64. This also holds for quantised nodes, which store a wider box in few
+    """Rays aim at the corners of boxes. A ray visits every node whose box the ray meets before its
+    hit, according to float64. This also holds for quantised nodes, which store a wider box in few
     bits."""
     case = make_case("box-corners", 300, seed)
     if far:  # the moved corners are exact in float32
@@ -210,8 +209,8 @@ def test_rows_31_and_32_nodes_visited_contain_the_exact_ones(method: str, option
 @pytest.mark.parametrize("build", ["sah", "kay-kajiya", "goldsmith-salmon"])
 @pytest.mark.parametrize("method", BVH)
 def test_row_34_the_deepest_trees(precise_renderer, method: str, build: str) -> None:
-    """The deepest trees that builders make overflow no stack. Each triangle has 0.8 times the size
-    of the previous triangle, so the boxes of the triangles are nested."""
+    """Very deep trees overflow no stack. Each triangle has 0.8 times the size of the previous
+    triangle, so the boxes of the triangles are nested, and builders make deep trees."""
     size = 0.8 ** np.arange(120)[:, None, None]
     corner = np.float64([[1, 0, 0], [0, 1, 0], [0, 0, 1]])
     case = Case(corner * size, np.full((200, 3), 2.0), np.random.default_rng(1).normal(
@@ -277,7 +276,7 @@ def test_row_40_rays_at_the_cap_are_flagged(method: str, schedule: str) -> None:
             hits = tracer.trace(case.origins, case.directions)
         flagged = hits.status == 2
         assert not flagged[whole.steps < cap].any()
-        if ROWS[method].single:  # a ray may finish before its packet stops
+        if ROWS[method].single:  # a ray of a stopped packet may have finished before
             assert (flagged | (hits.triangle == whole.triangle)).all()
         else:
             assert flagged[whole.steps > cap].all()
@@ -285,7 +284,7 @@ def test_row_40_rays_at_the_cap_are_flagged(method: str, schedule: str) -> None:
 
 @pytest.mark.parametrize("method", [name for name, row in ROWS.items() if "loop" in row.schedules])
 def test_row_36_more_iterations_than_a_loop_runs(method: str) -> None:
-    """llvmpipe silently ends a loop after 65,535 iterations, so later passes must do the remaining
+    """llvmpipe silently ends a loop after 65,535 iterations. Later passes then do the remaining
     steps."""
     case = long_way(70_000 if method == "brute-force" else 40_000, 3, 9)
     with rt.Tracer(case.scene, method, statistics=True) as tracer:

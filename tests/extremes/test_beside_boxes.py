@@ -1,5 +1,5 @@
-"""Checks a table of docs/extremes.md: it counts hits that are lost because the t of a hit can lie
-outside the box of the hit triangle."""
+"""Checks a table of docs/extremes.md. The table counts hits that are lost because the t of a hit
+can lie outside the box of the hit triangle."""
 from __future__ import annotations
 
 import re
@@ -21,7 +21,7 @@ RAYS = 100_000
 
 
 def needles(power: int, rng: np.random.Generator) -> Case:
-    """Returns rays that aim at oblique triangles. The triangles are 10^power times as long as
+    """Returns rays that aim at oblique triangles. Each triangle is 10^power times as long as
     wide."""
     base, along = between(rng, -1, 1, (300, 1, 3)), directions(rng, 300)
     across = unit(cross(along, directions(rng, 300))) / 10 ** power

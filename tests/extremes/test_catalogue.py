@@ -1,9 +1,9 @@
 """Tests every case of the catalogue with every method and each choice of the method's options. The
 quick suite leaves out many of these combinations.
 
-The catalogue is `gpgpu_rt/conform/families.py`. The hits of brute force are within the
-error bounds derived for each ray, so no hit is wrong. Every other method returns the same bits as
-brute force, so none of its hits is wrong either.
+The catalogue is `gpgpu_rt/conform/families.py`. The hits of brute force are within each ray's
+error bounds, so no hit is wrong. Every other method returns the same bits as brute force, so none
+of its hits is wrong either.
 """
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ IN_FULL = ("scaled-2^-20", "scaled-2^20", "moved-1e0", "moved-1e2", "lengths", "
 # In these cases, a leaf or a cell lists very many triangles. A schedule with one pass per triangle
 # is too slow for a quick test.
 LONG_LISTS = ("coincident", "one-centroid")
-# With more triangles, a builder that inserts triangles singly is too slow for a quick test.
+# With more triangles, a builder that inserts one triangle at a time is too slow for a quick test.
 SLOW_TO_INSERT = 3000
 NAMES = [pytest.param(name, id=f"row{kind.row}-{name}") for name, kind in FAMILIES.items()]
 SETTINGS = [pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
@@ -98,8 +98,8 @@ def test_every_method_returns_its_bits(precise_renderer, name: str, method: str,
 @pytest.mark.parametrize("name", [p for p in NAMES if p.values[0] in TELLING])
 def test_every_option_returns_its_bits(precise_renderer, name: str, method: str, options: dict,
                                        seed: int) -> None:
-    """With every choice of its options, except choices that may lose hits, a method returns the
-    bits of brute force."""
+    """A method returns the bits of brute force with every choice of its options, except choices
+    that may lose hits."""
     check_method(name, method, options, rays_of(name, False), seed)
 
 

@@ -3,7 +3,7 @@ the copy leak.
 
 A compiler may turn a b - c d into a fused multiply-add, which rounds only one of the two products.
 An edge function is then no longer the exact negative of the neighbour's edge function, so rays
-leak through the edge. No software renderer at hand contracts, so the copy shows the effect.
+leak through the edge. No software renderer here contracts, so the copy shows the effect.
 """
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def test_contraction_leaks(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [4])
 def test_row_6_double_hits(seed: int, record_property) -> None:
-    """Each ray through an edge of a closed mesh hits one or two triangles. The test records how
-    many rays hit two."""
+    """Each ray that aims at an edge of a closed mesh hits one or two triangles. The test records
+    how many rays hit two."""
     case = make_case("sphere-edges", 1000, seed)
     count = mirror.hits_a_ray(case.triangles, case.origins, case.directions)
     record_property("rays that hit two triangles", int((count > 1).sum()))

@@ -1,5 +1,5 @@
-"""No method returns a wrong hit in the four scenes of Foley and Sugerman 2005. The error bound
-derived for each ray decides which hits are wrong."""
+"""No method returns a wrong hit in the four scenes of Foley and Sugerman 2005. A hit is wrong if
+its error exceeds the bound that is derived for its ray."""
 from __future__ import annotations
 
 import numpy as np
@@ -15,11 +15,11 @@ SIDE = 500  # 10^6 rays per scene: 250,000 of each kind
 # Slow methods trace fewer rays: the square of the number in SIDES. Brute force tests every
 # triangle for each ray, and a texture stack needs passes for each level. `ray-classification` and
 # `visibility-field` build lists that few rays share. `ray-tiles` tests all triangles against all
-# tiles. `ray-hierarchy` tests all triangles against cones, and descends to cones of incoherent
-# rays. The test for a million incoherent rays in tiles is in tests/methods/ray_tiles.
+# tiles. `ray-hierarchy` tests all triangles against cones, and incoherent rays have wide cones.
+# tests/methods/ray_tiles tests a million incoherent rays in tiles.
 SIDES = {"brute-force": 160, "kd-texture-stack": 160, "ray-classification": 40,
          "visibility-field": 160, "ray-tiles": 160, "ray-hierarchy": 32}
-COHERENT = ("ray-tiles",)  # these methods trace all eye rays, as one image
+COHERENT = ("ray-tiles",)  # these methods trace the eye rays of the whole image
 
 
 def check(name: str, kind: str, side: int, sides: dict[str, int], seed: int) -> None:
@@ -61,7 +61,7 @@ def test_few_rays_find_no_fault(name: str, kind: str) -> None:
 
 
 def test_the_judge_is_not_asleep() -> None:
-    """The judge counts exactly the seven hits whose t the test makes wrong."""
+    """The test makes the t of seven hits wrong. The judge counts exactly these seven."""
     scene = real_scene("cornell")
     origins, directions = RAY_SETS["random"](scene, 400, 1)
     with rt.Tracer(scene) as tracer:

@@ -43,9 +43,9 @@ def arithmetic(name: str, rounding: str) -> Arithmetic:
 def wrong(case: Case, hits: rt.Hits, chosen: Precision) -> np.ndarray:
     """Returns (n,) bool: which hits are false.
 
-    Arithmetic in the format on the stored values has error bounds. A hit is false if these bounds
-    exclude a hit. A hit is also false if the error of its t exceeds the bound. If 1 / det
-    overflows the format, t is not checked.
+    The format's arithmetic has error bounds. A hit is false if these bounds exclude a hit on the
+    stored triangle, or if the error of t exceeds its bound. If 1 / det overflows the format, t is
+    not checked.
     """
     at = np.flatnonzero(hits.hit)
     corners = chosen.stored(case.triangles[hits.triangle[at]])

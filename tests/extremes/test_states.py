@@ -1,4 +1,4 @@
-"""After every pass, the state textures hold no NaN. They hold infinity only for "no end".
+"""After every pass, the state textures hold no NaN. An infinity always means "no end".
 
 Row 23 of the catalogue of extreme cases (docs/extremes.md): the state of a finished ray never
 changes.
@@ -21,7 +21,7 @@ NO_END = {"t_max", "t_exit"}  # fields that may hold infinity for "no end"
 
 
 def scan(state: Fields, hit: Fields) -> None:
-    """Fails if the states or the hits of a pass hold a NaN or an infinity that has no meaning."""
+    """Fails if the states or the hits of a pass hold a NaN, or an infinity without a meaning."""
     for name, values in state.items():
         assert not np.isnan(values).any(), f"NaN in {name}"
         assert name in NO_END or np.isfinite(values).all(), f"infinity in {name}"

@@ -1,5 +1,5 @@
-"""The numbers in the tables of docs/bvh.md, and in two tables of docs/notes/bvh.md, are those that
-these tests measure."""
+"""The tables of docs/bvh.md, and two tables of docs/notes/bvh.md, show the numbers that these
+tests measure."""
 from __future__ import annotations
 
 import argparse

@@ -1,5 +1,5 @@
-"""The diagrams of the survey's figures. If a diagram draws the walk of a traced ray, a test
-computes the same walk from geometry alone."""
+"""Tests of the diagrams of the survey's figures. If a diagram draws the walk of a traced ray, a
+test computes the same walk from geometry alone."""
 from __future__ import annotations
 
 import csv
@@ -162,7 +162,7 @@ def test_figure_9_lists_the_tree() -> None:
 
 def test_figure_10_is_the_walk_and_shows_the_slip() -> None:
     """Figure 10 lists each step of the walk. It also lists the nodes at which the survey's printed
-    rule goes wrong."""
+    rule chooses the wrong child."""
     found = walk(fig10.METHOD)
     rows = fig10.rows(SMALL, found)
     assert len(rows) == found.hits.steps[0]
@@ -186,8 +186,8 @@ def test_figure_10_is_the_walk_and_shows_the_slip() -> None:
 
 
 def test_the_printed_rule_is_right_where_no_plane_lies_behind(monkeypatch) -> None:
-    """The origin of this ray lies outside the box, and no t_split on its way is negative. Then the
-    rule that the survey prints in Figure 10 and the corrected rule agree."""
+    """The origin of this ray lies outside the box, and no t_split on the ray's way is negative.
+    Then the corrected rule agrees with the printed rule of the survey's Figure 10."""
     outside = World(SMALL.scene, SMALL.triangles, SMALL.tree, SMALL.lo, SMALL.hi,
                     (SMALL.origin - SMALL.direction).astype(np.float32), SMALL.direction)
     found = walk(fig10.METHOD, outside)

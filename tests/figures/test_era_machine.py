@@ -156,8 +156,8 @@ def test_a_form_that_was_not_counted_has_no_row(tmp_path: Path) -> None:
     assert set(forms["kd-ropes"]) == {WHILE_WHILE, STEP, era_counts.UNCOALESCED}
     cached, alike, past = (forms["kd-ropes"][name] for name in (
         WHILE_WHILE, STEP, era_counts.UNCOALESCED))
-    # Half of the lanes wait here. In the form UNCOALESCED, loads bypass the texture units, and
-    # waiting lanes load nothing. So this form takes less time here.
+    # Half of the lanes wait. In the form UNCOALESCED, loads bypass the texture units, and waiting
+    # lanes load nothing. So the form UNCOALESCED takes less time.
     assert cached == alike and past < 0.9 * cached
 
 

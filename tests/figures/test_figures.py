@@ -157,8 +157,8 @@ def test_unwritable_folder(tmp_path, capsys) -> None:
 
 
 def test_an_order_unlike_the_published_one_is_explained(tmp_path) -> None:
-    """The page names each pair of columns whose measured order differs from the published order,
-    with the pair's counters."""
+    """If the measured order of two columns differs from the published order, the page names the
+    two columns and their counters."""
     figure = fig20.FIGURE
     for k, column in enumerate(figure.columns):
         theirs = published("fig20", "kitchen", column.method, column.published_options)
@@ -171,8 +171,8 @@ def test_an_order_unlike_the_published_one_is_explained(tmp_path) -> None:
 
 
 def test_every_published_cell_has_a_column() -> None:
-    """Figures 13, 16 and 22 show every number that the survey printed in them, except two CPU
-    columns."""
+    """Figures 13, 16 and 22 show every number that the survey prints in these figures, except two
+    CPU columns."""
     for figure, left_out in ((fig13.FIGURE, set()), (fig22.FIGURE, set()),
                              (fig16.FIGURE, {"openrt-frustum-packet", "rope-packet-cpu"})):
         ours = {(panel.scene, column.published_method or column.method, column.published_options,

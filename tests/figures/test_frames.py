@@ -126,8 +126,8 @@ def test_pages_hold_the_measured_numbers(tmp_path) -> None:
 @pytest.mark.parametrize("name, at", [("cloth", (8, 48)), ("walker", (8, 48, 96)),
                                       ("explosion", (8, 24, 48))])
 def test_how_a_refitted_tree_fares(name: str, at: tuple[int, ...]) -> None:
-    """The note divides the SAH cost of a refitted tree by the cost of the first tree, and by the
-    cost of a newly built tree."""
+    """The note gives two ratios: the SAH cost of a refitted tree divided by the cost of the first
+    tree, and divided by the cost of a newly built tree."""
     page, animation = NOTE.read_text(), rt.load_animation(name)
     built = build_bvh(animation.scene.triangles)
     refitter = Refitter.of(built)

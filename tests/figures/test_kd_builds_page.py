@@ -15,7 +15,7 @@ from gpgpu_rt.scene import catalogue
 KD_BUILDS = next(o for o in find_method("kd-stack").options if o.name == "build").choices
 
 
-BY_PASSES = ("hybrid, gpu",)  # builds by GPU passes that do not give the same trees as numpy
+BY_PASSES = ("hybrid, gpu",)  # GPU builds whose trees differ from numpy's
 
 
 def _numbers() -> dict[tuple[str, str], dict[str, float]]:

@@ -74,7 +74,7 @@ def test_the_page_says_what_was_measured(tmp_path: Path, monkeypatch) -> None:
 
 @pytest.mark.parametrize("module", [fig01, fig07], ids=["fig01", "fig07"])
 def test_lit_pictures_are_drawn_with_what_they_took(module, tmp_path: Path, monkeypatch) -> None:
-    """The CSV file of a lit picture has the number of its rays and its seconds."""
+    """The CSV file of a lit picture has the picture's number of rays and seconds."""
     def tiny(*asked: Any, **more: int) -> Cell:
         *_, method, _ = asked
         return Cell("cornell-light", method, (), 12, "picture", runs=1)

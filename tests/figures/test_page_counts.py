@@ -1,5 +1,5 @@
-"""Each page with a verdict says on how many scenes and pairs the verdict rests. This test counts
-both again from the page's measurements (cells).
+"""Each page with a verdict says on how many scenes and pairs of methods the verdict rests. This
+test counts both again from the page's measurements (cells).
 
 The test does not measure cells. It writes cells whose times all contradict the survey. A figure
 whose verdict is not "contradicted" therefore has too few scenes or pairs.
@@ -74,8 +74,8 @@ def _write(cell: Cell, figure: str, folder: Path, real: tuple[str, ...]) -> None
     after = int(cell.work.rpartition(" ")[2]) if cell.work.startswith("mirror") else 0
     if cell.method == "kd-packet" and figure == "fig14":     # packets gain more after each mirror
         ns /= 1 + after
-    # A packet of four rays visits as many nodes as one ray before mirrors, and three times as many
-    # after five mirrors. On cornell, the number stays that of one ray.
+    # Before the first mirror, a packet of four rays visits as many nodes as one ray. After five
+    # mirrors, it visits three times as many, but on cornell still as many as one ray.
     shared = 1 + (2 * after / 5 if cell.scene != "cornell" else 0)
     nodes = 100 * (shared / 4 if "packet" in cell.method else 1)
     split = {"traversal_seconds": 1.0, "transfer_seconds": 1.0, "intersection_seconds": 1.0,
@@ -259,7 +259,7 @@ def test_a_wrong_count_is_found(file: str, before: str, after: str, drawn) -> No
 
 
 def test_an_index_counts_nothing_that_is_zero() -> None:
-    """An index of a single diagram, without measurements, says only that the diagram is drawn."""
+    """If only a diagram is drawn, without measurements, the index says nothing else."""
     page = {"verdict": vars(verdicts.DIAGRAM) | {"scenes": []}, "cells": [], "size": "quick",
             "drawn": {"renderer": "llvmpipe"}}
     assert summary.sentences({"fig11": page}) == [

@@ -1,5 +1,5 @@
-"""Figures on approximations by rasterisation: their scenes, and their pages from small
-measurements."""
+"""Tests of the figures on approximations by rasterisation: their scenes, and their pages from
+small measurements."""
 from __future__ import annotations
 
 import csv
@@ -32,7 +32,7 @@ def test_the_lamp_hangs_under_a_closed_ceiling() -> None:
 
 @pytest.mark.parametrize("name", [name for name in caustic_errors.SCENES if "bunny" not in name])
 def test_each_caustic_has_something_that_turns_light(name: str) -> None:
-    """Each scene has mirrors or refracting surfaces, above the floor, and other surfaces."""
+    """Each scene has mirrors or refracting surfaces, all above the floor, and other surfaces."""
     scene = caustic_errors.scene_of(name)
     turns = np.array([bool(m.ior) or any(m.mirror) for m in scene.materials])[scene.material_of]
     assert turns.any() and not turns.all() and scene.triangles[turns][..., 1].min() >= 0

@@ -42,7 +42,7 @@ def test_a_measured_cell_is_drawn(tmp_path, monkeypatch) -> None:
     with (tmp_path / "tradeoff.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [row["precision"] for row in rows] == ["fp32", "fp16"]
-    # A setting without wrong rays is drawn at the upper bound of its wrong share.
+    # A setting without wrong rays is drawn at the upper bound of its share of wrong rays.
     assert float(rows[0]["drawn_wrong"]) == float(rows[0]["upper_95"]) > 0.01
     assert float(rows[1]["drawn_wrong"]) == coarse["accuracy"]["all"]["wrong_share"] > 0
     assert "fp16" in (tmp_path / "tradeoff.md").read_text()

@@ -146,7 +146,7 @@ def test_primitives_of_a_draw() -> None:
 
 
 def test_fragments_are_counted_as_in_opengl(angle: Gpu, counted: FullScreenPass) -> None:
-    """Discarded fragments, and fragments behind the depth buffer, do not count."""
+    """Fragments that are discarded, or that fail the depth test, do not count."""
     drawn = make_texture(angle, SIZE, 4, "drawn")
     depth = angle.context.depth_renderbuffer(SIZE)
     target = angle.context.framebuffer([drawn], depth)
@@ -236,7 +236,7 @@ def test_the_context_names_its_largest_point(angle: Gpu, tmp_path: Path) -> None
 def test_eight_targets(angle: Gpu, counted: FullScreenPass, tmp_path: Path) -> None:
     """The last of the eight targets usually holds the counts of fragments. A program that draws
     into all eight leaves no target for counts, so each of its draws counts as the whole viewport.
-    Counts of other draws do not get into its targets."""
+    Counts of other draws do not get into the eight targets."""
     outputs = "".join(f"layout(location = {at}) out float out_{at};\n" for at in range(8))
     values = "".join(f"out_{at} = {at}.5; " for at in range(8))
     (tmp_path / "eight.frag").write_text(
@@ -269,8 +269,8 @@ def test_masks_of_single_targets_and_readbacks(angle: Gpu) -> None:
 
 def test_infinity_in_a_half_float_target(angle: Gpu, tmp_path: Path) -> None:
     """SwiftShader stores an infinity as a NaN in a half-float target. An entry of
-    tests/angle_exceptions.py names this fault. If this test fails, the fault is repaired, and the
-    entry can go."""
+    tests/angle_exceptions.py names this fault. If this test fails, the fault is repaired: delete
+    the entry."""
     (tmp_path / "infinity.frag").write_text(
         "#version 330 core\nout vec4 a;\n"
         "void main() { a = vec4(uintBitsToFloat(0x7f800000u)); }\n")

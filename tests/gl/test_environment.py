@@ -1,4 +1,4 @@
-"""The environment that measurements record."""
+"""Tests of the environment that measurements record."""
 from __future__ import annotations
 
 import importlib.metadata

@@ -167,7 +167,7 @@ def test_quantised_nodes_are_smaller(bits: int, least: float, octants: bool) -> 
 def test_quantised_octants_hit_the_same(bits: int) -> None:
     """The copy of a tree for one octant of directions swaps the two bounds of a box along an axis
     if the octant's rays meet the upper bound first. Quantising moves the bounds of a flat box
-    apart, so the copy must swap them after quantising. The hits stay the same."""
+    apart, so the copy must swap bounds after quantising. The hits stay the same."""
     scene = rt.load_scene("cornell")
     rays = RAY_SETS["random"](scene, 400, 3)
     answers = []

@@ -1,5 +1,5 @@
-"""Platforms: which context the package asks each operating system for. The tests imitate Windows
-and macOS, and need neither."""
+"""Tests of the contexts that the package requests on each operating system. The tests imitate
+Windows and macOS, and need neither."""
 from __future__ import annotations
 
 import functools

@@ -1,5 +1,5 @@
 """Selections on ANGLE: the operators ?:, && and || become calls of functions where this is safe,
-and stay elsewhere."""
+and stay operators elsewhere."""
 from __future__ import annotations
 
 import pytest

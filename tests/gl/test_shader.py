@@ -33,7 +33,7 @@ def test_only_what_the_platform_has(path) -> None:
     for what, pattern in BANNED.items():
         assert not re.search(pattern, code), f"{path.name}: {what}"
     for version in re.findall(r"#\s*version\s+(.*)", code):
-        # The cards' compilers read era/card.frag; nothing runs it here.
+        # Only the cards' compilers read era/card.frag.
         assert version.split()[0] == ("120" if path.name == "card.frag" else "330")
     if path.parent.name != "core":   # only generated accessors compute texel addresses
         assert not re.search(r"texelFetch\([^)]*\*", code)

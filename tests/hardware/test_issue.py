@@ -106,7 +106,7 @@ def test_a_kernel_within_another_has_no_loop_of_its_own() -> None:
     # A kernel within another is issued once for all rays that run it in the same visit.
     both = KernelTrace(trace.kernels, np.array([[1, 1], [3, 3], [1, 1]], np.uint8)[:, None, :])
     assert issued_in_loop(both, (1, 2), WHILE_WHILE, ("push",)).lanes == (4, 0, 2)
-    # A ray that has not run the visit pushes only after the other rays have left the inner loop.
+    # A ray whose first step is a push waits with it until the other ray has left the inner loop.
     begins = KernelTrace(trace.kernels, np.array([[1, 3], [1, 1]], np.uint8)[:, None, :])
     assert issued_in_loop(begins, (1, 2), WHILE_WHILE, ("push",)).lanes == (6, 0, 2)
 
@@ -185,8 +185,8 @@ def test_passes_and_queries_cost_the_host_time() -> None:
     card = find_card("NV40")
     issued = KernelIssues(("down",), (0,), (0,), passes=(90,), queries=10)
     found = time_of_passes(card, issued, _cost(), STREAMS, 512 * 512)
-    # The pass of a query fetches the state of each pixel. Early depth rejects pixels only in the
-    # passes of kernels.
+    # The pass of a query fetches the state of each pixel, because the early depth test rejects
+    # pixels only in the passes of kernels.
     counted = card.stream_fetch * 512 * 512 / card.texel_rate
     assert found.parts["queries"] == pytest.approx(10 * (ASSUMED.query_seconds + counted))
     assert found.parts["passes"] == pytest.approx(
@@ -197,7 +197,7 @@ def test_a_loop_keeps_the_ray_in_registers() -> None:
     # `down` fetches six texels. Five are from streams: two of the ray, two of the state and one of
     # the hit. The sixth is a node.
     assert stream_fetches("kd-restart", "down") == 5
-    # As a pass, `down` fetches as many texels from streams.
+    # As a pass, `down` fetches the same number of texels from streams.
     assert stream_fetches("kd-restart", "down", in_loop=False) == 5
     card, streams = find_card("NV40"), {"down": 5}
     issued = KernelIssues(("down",), (1000,), (1000,))

@@ -1,4 +1,4 @@
-"""Predicted times of machines with ray tracing units, of cards, and of the Cell processor."""
+"""Tests of predicted times of machines with ray tracing units, of cards and of the Cell."""
 from __future__ import annotations
 
 from typing import Any

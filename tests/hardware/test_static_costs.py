@@ -164,8 +164,8 @@ def test_the_page_has_the_counts_of_packets() -> None:
 @pytest.mark.parametrize("card", ("r580", "nv40", "g80"))
 @pytest.mark.parametrize("method, kernel", KERNELS)
 def test_a_kernel_in_a_loop_asks_less(card: str, method: str, kernel: str) -> None:
-    """A kernel in a loop does not test whether its ray waits for this kernel. The kernel in a loop
-    therefore has at most as many instructions as the kernel of a pass."""
+    """A kernel in a loop does not test whether its ray waits for this kernel. So it has at most as
+    many instructions as the same kernel of a pass."""
     alone, looped = (static_cost(card, method, kernel, in_loop=loop) for loop in (False, True))
     assert (looped.arithmetic < alone.arithmetic) == (kernel != "init")
     assert looped.arithmetic <= alone.arithmetic

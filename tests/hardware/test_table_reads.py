@@ -1,5 +1,5 @@
-"""Tests of the texels that rays read, which are computed from traces of the rays' kernels, and of
-the misses of a cache."""
+"""Tests of the texels that rays read, computed from traces of their kernels, and tests of cache
+misses."""
 from __future__ import annotations
 
 import numpy as np

@@ -13,8 +13,8 @@ PACKAGE = Path(rt.__file__).parent
 MOST_MODULES = 12  # modules directly in gpgpu_rt, which newcomers see first
 # Files whose functions may import modules of the package. The entry of the command line does this
 # so that an interrupt during the import prints no traceback. Commands do this for modules that
-# need optional dependencies (charts and the window), and `render` for the model of the cards, so
-# that pictures without --era do not wait for its import.
+# need optional dependencies (charts and the window). `render` does this for the model of the
+# cards, so that pictures without --era do not wait for the import.
 LATE = {"__main__.py", "cli/benching.py", "cli/conforming.py", "cli/tracing.py", "cli/view.py"}
 
 
@@ -45,7 +45,7 @@ def imported(path: Path, module: tuple[str, ...]) -> Iterator[tuple[tuple[str, .
 
 
 def test_no_circle_of_packages() -> None:
-    """No package imports a package that imports it, directly or indirectly."""
+    """No package imports itself through other packages."""
     graph: dict[str, set[str]] = {}
     for path, module in sources():
         for target, _ in imported(path, module):

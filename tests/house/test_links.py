@@ -1,5 +1,5 @@
 """In README, CONTRIBUTING, the paper and docs, each picture exists, and each link to a file or a
-heading leads to an existing target. The map of pages is complete."""
+heading leads to an existing target. The index pages list every page."""
 from __future__ import annotations
 
 import re

@@ -20,12 +20,12 @@ FOLDERS = ("gpgpu_rt", "glsl", "figures", "docs", "examples", "README.md", "CONT
 TEXTS = (".py", ".md", ".glsl", ".frag", ".vert", ".csv", ".json")
 MADE = ("figures/data", "figures/out")     # made by `make figures`
 NOT_WORKS = {"ComputerBase 2006"}    # a magazine's review of a card
-# Works that were once cited with a wrong section, and the section that discusses them.
+# Works that were once cited with a wrong section -> the section that discusses the work.
 DISCUSSED = {"Arvo and Kirk 1987": "5", "Mortensen et al. 2007": "5",
              "Waechter and Keller 2006": "4.4", "Lauterbach et al. 2009": "5",
              "Wald, Gribble, Boulos and Kensler 2007": "4.3", "Roger et al. 2007": "3.6"}
 # A citation of sections of the survey: "survey, section 3.4", "the survey's sections 4.3 and 5",
-# "the survey (section 5) ...", and without the word: "survey, 3.6.2".
+# "the survey (section 5) ...", and without the word "section": "survey, 3.6.2".
 OF_SURVEY = re.compile(
     r"survey(?:'s)?(?: proposes[^.]{0,40}?)?(?:,| |\(|its)*(?:sections? )?(?<![\w.])"
     r"(\d(?:\.\d+)*(?:(?:, | and |, and )\d(?:\.\d+)*)*)(?![\w])")
@@ -71,8 +71,8 @@ OWN = [row for row in rt.methods() if not Path(row.glsl).is_absolute()]
 @pytest.mark.parametrize("row", OWN, ids=lambda row: row.name)
 def test_every_method_s_paper_is_one_work_of_the_survey(row: rt.Method) -> None:
     """A row's citation names one work. Each section that the list records for the work exists in
-    the survey. If a GLSL file of the method cites a section and names no other work before, the
-    section is one of the recorded sections."""
+    the survey. If a GLSL file of the method cites a section, and names no other work before this
+    section, it is one of the recorded sections."""
     work = find_work(row.citation)
     assert work is not None and work.sections and set(work.sections) <= set(SECTIONS)
     assert reference(row.citation).endswith(f"(survey, {work.discussed})")

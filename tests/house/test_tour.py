@@ -80,8 +80,8 @@ def test_pictures_are_small_and_films_move() -> None:
 
 
 def test_a_picture_is_made_anew(exact_renderer, tmp_path: Path) -> None:
-    """A picture is the same again, except for the letters, which depend on the installed font
-    library."""
+    """A picture that is made again is the same, except for the letters, which depend on the
+    installed font library."""
     name = "2-cells.png"
     tour_pictures.make(name, tmp_path)
     before, after = (np.asarray(Image.open(folder / name).convert("RGB"))

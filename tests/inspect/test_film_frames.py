@@ -22,7 +22,7 @@ def test_a_long_tail_takes_few_frames() -> None:
     # Between two frames, about 1/59 of the rays end. Up to 50 more can end, because about 50 rays
     # end in the same pass.
     assert lost.min() >= 40 and lost.max() <= 4096 / 59 + 50
-    # Frames at equal distances in passes would nearly all show the last 90 rays.
+    # If frames were equally spaced in passes, nearly all would show at most the last 90 rays.
     assert (live <= 90).mean() < 0.05 < 0.8 < (np.array(LONG_TAIL) <= 90).mean()
 
 
@@ -40,6 +40,6 @@ def test_the_first_and_the_last_pass_are_frames(counts: list[int], frames: int) 
 
 @pytest.mark.parametrize("live", [[], [7], [7, 7], [0, 0, 0], [7, 7, 7, 7, 0]])
 def test_short_traces_are_shown_in_full(live: list[int]) -> None:
-    """All rays of brute force end in the same pass, but its film also shows the passes before."""
+    """All rays of brute force end in the same pass, but a film also shows the passes before."""
     assert even_loss(live, 5) == list(range(len(live)))
     assert even_loss([7, *live], 2) == ([0, len(live)] if live else [0])

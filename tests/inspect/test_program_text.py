@@ -1,4 +1,4 @@
-"""The text that `gpgpu-rt program` prints compiles by itself and gives the hits of the program."""
+"""The text that `gpgpu-rt program` prints compiles by itself and gives the program's hits."""
 from __future__ import annotations
 
 import json

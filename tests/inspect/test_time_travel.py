@@ -78,8 +78,8 @@ def test_what_is_pushed_is_popped(method: str) -> None:
 
 
 def test_a_tracer_of_two_choices_is_watched_by_the_one_it_takes() -> None:
-    """If a tracer has two choices of a method, time travel shows the passes of the choice that the
-    tracer picks for the rays."""
+    """If a tracer has two methods to choose from, time travel shows the passes of the method that
+    the tracer picks for the rays."""
     scene, *rays = few_rays(150, 4)
     both = Choices(*(Choice(name, {"schedule": "step"}) for name in ("kd-restart", "grid")))
     with rt.Tracer(scene, both) as tracer:
@@ -255,7 +255,7 @@ def test_heat_is_what_rays_cost() -> None:
 
 @pytest.mark.parametrize("method", [row.name for row in rt.methods() if row.packet])
 def test_the_rays_of_a_packet_share_their_heat(tmp_path, capsys, method: str) -> None:
-    """The command says so."""
+    """All rays of a packet have the same heat, and the command says this."""
     with rt.Tracer("cornell", method, packet=(4, 2), statistics=True) as tracer:
         blocks = heat(tracer, "nodes", (16, 8)).values.reshape(4, 2, 4, 4)
     assert (blocks == blocks[:, :1, :, :1]).all() and len(np.unique(blocks)) > 1

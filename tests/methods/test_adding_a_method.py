@@ -87,7 +87,7 @@ CHECKS = ["tests/traversal/test_hits.py::test_soup_matches_brute_force",
     pytest.param(CHECKS, id="some"),
     pytest.param(["tests"], id="all", marks=[pytest.mark.full, pytest.mark.once])])
 def test_the_tests_know_it(precise_renderer, folder: Path, checks: list[str]) -> None:
-    """The project's tests include the user's method if GPGPU_RT_METHODS names its folder."""
+    """The project's tests include a user's method if GPGPU_RT_METHODS names its folder."""
     answer = python("-m", "pytest", "-q", "-m", "not full", "-p", "no:cacheprovider", *checks,
                     "-k", "sweep", cwd=ROOT, GPGPU_RT_METHODS=str(folder))
     assert answer.returncode == 0, answer.stdout[-3000:]
@@ -97,7 +97,7 @@ def test_the_tests_know_it(precise_renderer, folder: Path, checks: list[str]) ->
 @pytest.mark.full
 @pytest.mark.once
 def test_those_tests_find_what_is_wrong(precise_renderer, folder: Path) -> None:
-    """The tests fail if the method's search is changed so that it ends before the nearest hit."""
+    """The tests fail if a changed method ends its search before the nearest hit."""
     glsl = folder / "sweep.glsl"
     assert "> hit.t)" in glsl.read_text()
     glsl.write_text(glsl.read_text().replace("> hit.t)", "> 0.5 * hit.t)"))
@@ -129,8 +129,8 @@ if __name__ == "__main__":
 
 @pytest.mark.full
 def test_from_python_and_in_processes_started_from_it(folder: Path, tmp_path: Path) -> None:
-    """After `load_methods`, a script can trace with the method, and so can a process that it
-    starts."""
+    """After `load_methods`, a script can trace with the method, and so can a process that the
+    script starts."""
     script = tmp_path / "loaded.py"
     script.write_text(LOADED)
     answer = python(str(script), str(folder))
@@ -225,8 +225,8 @@ def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.full)],
                          ids="seed{}".format)
 def test_it_ends_early(folder: Path, tmp_path: Path, seed: int) -> None:
-    """`sweep` sorts runs of triangles along an axis, so a ray can stop before it has passed all
-    runs."""
+    """`sweep` sorts triangles along an axis and cuts them into runs. A ray can stop before it has
+    passed all runs."""
     script = ("import sys, numpy as np, gpgpu_rt as rt\n"
               "rt.load_methods(sys.argv[1])\n"
               "rays = np.load(sys.argv[2])\n"

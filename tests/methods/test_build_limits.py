@@ -89,7 +89,7 @@ def test_sah_beats_the_median_and_insertion_shuffled() -> None:
 
 
 def test_cost_of_trees_by_hand() -> None:
-    """The box of 1 x 1 x 3 has area 14, and each of the two triangles has a box of area 2."""
+    """The box of both triangles (1 x 1 x 3) has area 14, and the box of each has area 2."""
     corners = np.float32([[0, 0, 0], [1, 1, 0], [0, 1, 0]])
     pair = np.stack([corners, corners + np.float32([0, 0, 3])])
     bvh = build_bvh(pair, max_leaf=1)
@@ -112,8 +112,8 @@ def test_bunny_has_the_leaves_of_figure_17() -> None:
 @pytest.mark.parametrize("build", ["sah", "goldsmith-salmon"])
 def test_triangles_ascend_within_a_leaf(build: str) -> None:
     """The kernels of the era form (docs/era.md) compare only distances. Among triangles at the
-    same distance, the triangle that such a kernel tests first wins. Within a leaf, this triangle
-    must have the lowest index."""
+    same distance, the triangle that is tested first wins. Within a leaf, this triangle must have
+    the lowest index."""
     bvh = build_bvh(random_soup(400, 39), build=build)
     leaf = bvh.count > 0
     owner = np.repeat(np.flatnonzero(leaf), bvh.count[leaf])

@@ -25,10 +25,10 @@ ROWS = {f"`{build}`" + (", gpu" if device == "gpu" else ""): (build, device)
 
 
 def tables() -> list[dict[str, dict[str, str]]]:
-    """Return the tables of page and note: first cell of a row -> scene -> text of its cell.
+    """Return the tables of page and note: name of a row -> scene -> text of the cell.
 
-    The third table is the note's. Each of its cells has two numbers: all passes, and the passes
-    that scatter.
+    The third table comes from the note. Each cell of this table has two numbers: all passes, and
+    the passes that scatter.
     """
     found: list[dict[str, dict[str, str]]] = []
     for line in (PAGE.read_text() + NOTE.read_text()).splitlines():

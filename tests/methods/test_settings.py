@@ -1,4 +1,4 @@
-"""Settings files, `Tracer.from_settings` and the method "auto"."""
+"""Tests of settings files, `Tracer.from_settings` and the method "auto"."""
 from __future__ import annotations
 
 import json
@@ -129,7 +129,7 @@ def check_refusal(path, entries: dict, message: str) -> None:
 
 @pytest.mark.parametrize("content", [b"", b"[1]", b"{", b"\xff\xfe\x00"])
 def test_what_is_no_settings_file(tmp_path, content: bytes) -> None:
-    """A missing file is refused, and so is a file whose content is no JSON object."""
+    """A missing file is refused, and so is a file whose content is not a JSON object."""
     path = tmp_path / "settings.json"
     path.write_bytes(content)
     with pytest.raises(rt.SettingsError, match="settings.json"):
@@ -155,7 +155,7 @@ def test_another_scene_or_renderer_is_refused(scene, found, tmp_path) -> None:
 
 
 def test_options_beside_settings(scene, found, tmp_path) -> None:
-    """Next to a settings file, an option of the method may only repeat the file's value."""
+    """If a settings file is given, an option of the method may only repeat the file's value."""
     path = tmp_path / "settings.json"
     found.save(path)
     with rt.Tracer.from_settings(scene, path, statistics=True, schedule="loop") as tracer:

@@ -1,6 +1,6 @@
-"""Ray order: `RayOrder` sorts each block of rays separately, or all rays together. It counts the
-cells in which rays start: the cells of an average block, and the cells of all blocks. It sorts
-blocks separately if the first number is less than three quarters of the second number."""
+"""`RayOrder` sorts each block of rays separately, or all rays together. It counts the cells in
+which rays start: for an average block, and for all blocks together. Blocks are sorted separately
+if the first number is less than three quarters of the second number."""
 from __future__ import annotations
 
 import numpy as np
@@ -35,8 +35,8 @@ def rows_of_a_picture(count: int) -> np.ndarray:
 @pytest.mark.parametrize("scattered", [False, True], ids=["rows", "scattered"])
 def test_each_ray_lies_once_and_comes_back(monkeypatch, scattered: bool, count: int, share: float,
                                            seed: int) -> None:
-    """`RayOrder.planes` writes each ray that is not empty to one place, and `RayOrder.back` undoes
-    this."""
+    """`RayOrder.planes` writes each ray that is not empty to one place, and `RayOrder.back`
+    restores the given order."""
     monkeypatch.setattr(ray_order, "BLOCK", 64)
     rng = np.random.default_rng(seed)
     origins = rng.uniform(0, 1, (count, 3)) if scattered else rows_of_a_picture(count)
@@ -55,8 +55,8 @@ def test_each_ray_lies_once_and_comes_back(monkeypatch, scattered: bool, count: 
 @pytest.mark.parametrize("share", [0, 0.3], ids="empty-{}".format)
 def test_blocks_stay_apart_where_they_begin_apart(monkeypatch, share: float, scattered: bool
                                                   ) -> None:
-    """Blocks are sorted separately if each block's rays start in two of the eight cells in which
-    rays start. They are sorted together if each block's rays start in all of these cells."""
+    """Rays start in eight cells. Blocks are sorted separately if each block's rays start in only
+    two of the cells, and together if each block's rays start in all eight."""
     rng = np.random.default_rng(3)
     origins = rows_of_a_picture(4096)
     if scattered:       # every block has rays in all eight cells

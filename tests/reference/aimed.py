@@ -5,12 +5,12 @@ import numpy as np
 
 
 def aimed_pairs(kind: str, count: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns triangles, (count, 3, 3), and rays, (count, 3) each, in float32. Each ray aims at
-    its triangle or, in "beside", next to its triangle.
+    """Returns triangles, (count, 3, 3), and the rays' origins and directions, (count, 3), in
+    float32. Each ray aims at its triangle or, in "beside", next to its triangle.
 
     kind : one of KINDS. The ray aims "inside" the triangle, at an "edge" or a "vertex", or
-        "beside" the triangle. Or the triangle is special ("small", "slivers"), or the ray is:
-        "grazing" goes along the triangle's plane, and "axis" has zeros in its direction.
+        "beside" the triangle. In "small" and "slivers", the triangle is special. In "grazing", the
+        ray goes along the triangle's plane, and in "axis", the direction has zeros.
     """
     rng = np.random.default_rng(seed)
     size = np.ones((count, 1, 1)) if kind != "small" else 10 ** rng.uniform(-6, -1, (count, 1, 1))

@@ -22,8 +22,8 @@ def counts(quick: int, full: int) -> list:
 
 def exact_pair(triangle: np.ndarray, origin: np.ndarray, direction: np.ndarray
                ) -> tuple[Fraction, Fraction, Fraction] | None:
-    """Returns t, u and v of the point where the line meets the plane, as rationals. Returns None
-    for a parallel line."""
+    """Returns t, u and v of the point where the ray's line meets the triangle's plane, as
+    rationals. Returns None for a parallel line."""
     v0, v1, v2, o, d = ([Fraction(float(x)) for x in p] for p in (*triangle, origin, direction))
     e1, e2, s = ([a - b for a, b in zip(p, q)] for p, q in ((v1, v0), (v2, v0), (o, v0)))
 
@@ -123,8 +123,8 @@ def test_what_overflows_is_open() -> None:
 
 
 def test_edges_are_rounded_from_the_vertices() -> None:
-    """The bounds compute edges from the vertices. The corners relative to a far origin lose digits
-    even in float64, so differences of these corners would be wrong edges."""
+    """The bounds compute edges from the vertices. Corners relative to a far origin lose digits
+    even in float64, so their differences would be wrong edges."""
     triangle = np.float32([[[0, 4.95309503928767e-16, 5.167001563413719e-16],
                             [1, 2.537529391983612e-16, 3.197630373410565e-16],
                             [0.5, 4.2386055429219263e-16, 4.667619525074553e-16]]])

@@ -21,7 +21,7 @@ def copy(hits: rt.Hits) -> rt.Hits:
 
 @pytest.fixture(scope="module", params=SEEDS)
 def case(request):
-    """Returns a scene, rays that each hit a triangle well inside, and the right hits as
+    """Returns a scene, rays that hit triangles well away from the edges, and the right hits as
     float32."""
     scene = soup_scene(500, request.param)
     origins, directions = RAY_SETS["random"](scene, 4000, request.param)

@@ -112,8 +112,8 @@ def test_bad_arguments(bad: dict) -> None:
 
 @pytest.mark.parametrize("seed", [7])
 def test_a_speck_far_from_the_ray_is_not_hit(seed: int) -> None:
-    """The triangle is tiny compared with the origin's coordinates, so its edge functions hold
-    nothing but rounding errors. A ray far from the triangle still misses it."""
+    """The triangle is tiny compared with the origin's coordinates, so the edge functions of the
+    triangle hold nothing but rounding errors. A ray far from the triangle still misses it."""
     rng = np.random.default_rng(seed)
     specks = (10 ** rng.uniform(-17, -15, (400, 1, 1)) * rng.normal(size=(400, 3, 3)))
     # The rays pass the specks at a great distance.

@@ -21,8 +21,8 @@ KINDS = ("coordinates", "sizes", "slivers", "ball")
 
 def triangles_of(kind: str, count: int, rng: np.random.Generator) -> np.ndarray:
     """Returns triangles, (count, 3, 3) float32, of one of KINDS. In "coordinates", each coordinate
-    has its own size from 1e-8 to 1e8. In "sizes" and "slivers", each triangle has its own such
-    size. "ball" gives the triangles of a ball."""
+    has its own size from 1e-8 to 1e8. In "sizes" and "slivers", each triangle has its own size
+    from this range. "ball" gives the triangles of a ball."""
     if kind == "coordinates":
         size = 10 ** rng.uniform(-8, 8, (count, 3, 3))
         return (rng.choice((-1, 1), (count, 3, 3)) * size).astype(np.float32)
@@ -90,7 +90,7 @@ def test_no_self_hit_in_a_trace(method: str, seed: int) -> None:
 @pytest.mark.parametrize("seed", [4])
 def test_out_of_a_ball_nothing_is_hit_and_into_it_all_hit(seed: int) -> None:
     """Rays that leave a ball hit nothing, not even a neighbouring facet that they graze. All rays
-    that start at the surface and go into the ball hit."""
+    that go from the surface into the ball hit the ball."""
     rng = np.random.default_rng(seed)
     ball = rt.load_scene(trimesh.creation.icosphere(subdivisions=4))
     hits = hits_on(ball.triangles, 4, rng)
@@ -119,8 +119,8 @@ def test_misses_spawn_nothing() -> None:
 
 
 def shadow_rays(tracer: rt.Tracer, size: tuple[int, int]) -> tuple[Hits, np.ndarray, np.ndarray]:
-    """Returns the hits of the camera's rays, and the two texels of the shadow ray of each hit,
-    (n, 4) each: origin and t_min, direction and t_max."""
+    """Returns the hits of the camera's rays and, for each hit, two texels of a shadow ray, (n, 4)
+    each: origin and t_min, then direction and t_max."""
     tracer.render(size=size)
     batch = RayBatch(*tracer.scene.camera.rays(size))
     with tracer.gpu:
@@ -147,9 +147,9 @@ def test_the_shader_starts_where_numpy_does(precise_renderer, name: str) -> None
     """The shader and numpy's `spawn` give a shadow ray the same origin, bit for bit. No shadow ray
     hits the triangle that it leaves.
 
-    For a sliver, the shader tries several origins, and each origin gives the ray to the light a
-    slightly different direction. Numpy gets only the last direction, so its origin may differ. At
-    least 90 % of the origins at slivers are equal.
+    For a sliver, the shader tries several origins, and the direction to the light changes slightly
+    with each origin. Numpy gets only the last direction, so numpy's origin may differ. At least
+    nine of ten origins at slivers are equal.
     """
     with rt.Tracer(slivers_scene() if name == "slivers" else real_scene(name)) as tracer:
         hits, start, end = shadow_rays(tracer, (160, 120))

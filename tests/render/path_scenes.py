@@ -1,5 +1,5 @@
-"""Scenes for tests of path tracing. Most come with the radiance that a formula gives for their
-picture."""
+"""Scenes for tests of path tracing. Most functions also return the radiance that a formula
+gives."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -26,7 +26,7 @@ def closed_box(**parts: object) -> rt.Scene:
 
 
 def furnace(diffuse: float = 0.6) -> tuple[rt.Scene, np.ndarray]:
-    """Return a box that emits and reflects evenly, and its radiance.
+    """Return a box that emits and reflects evenly, and the box's radiance.
 
     The radiance is emission / (1 - reflectance).
     """
@@ -34,8 +34,8 @@ def furnace(diffuse: float = 0.6) -> tuple[rt.Scene, np.ndarray]:
 
 
 def white_ball() -> tuple[rt.Scene, np.ndarray]:
-    """Return a white convex body in a light that is equal from all directions, and this light. All
-    pixels must be as bright as the light."""
+    """Return a white convex body in light that is equal from all directions, and the light's
+    radiance. All pixels must be as bright as the light."""
     ball = trimesh.creation.icosphere(subdivisions=2)
     light = np.array((0.7, 0.8, 0.9))
     return rt.Scene.from_arrays(ball.vertices, ball.faces, lights=(),
@@ -98,7 +98,7 @@ def point_lit_floor() -> tuple[rt.Scene, np.ndarray]:
 
 def image_sky(bright: tuple[int, int] | None, dim: float = 0.0, times: float = 100.0
               ) -> Environment:
-    """Return an environment image of even brightness, or with a bright texel (row, column)."""
+    """Return an even environment image, except for a texel ``bright`` (row, column), if any."""
     texels = np.full((16, 32, 3), dim)
     if bright is not None:
         texels[bright] = np.array((6, 5, 4)) * times
@@ -156,8 +156,8 @@ def everything_under_an_image() -> rt.Scene:
 def glass_slab(ior: float = 1.5) -> tuple[rt.Scene, np.ndarray]:
     """Return a pane of glass under a sky, and the radiance that the pane shows.
 
-    The radiance includes all orders of reflection inside the pane.
-    The camera is so far away, and its angle so small, that the whole picture shows one direction.
+    The radiance includes all orders of reflection inside the pane. The camera is so far away, and
+    its angle of view so small, that the whole picture shows one direction.
     """
     pane = trimesh.creation.box((4, 0.1, 4))
     zenith, ground = np.array((1.0, 0.6, 0.2)), np.array((0.1, 0.5, 0.9))

@@ -1,5 +1,5 @@
-"""To a scene without a camera or a light, the package adds a light, and a camera that sees the
-whole object or is inside the room. Further tests check `--floor`."""
+"""The package adds a missing camera or light to a scene. The camera sees the whole object, or is
+inside the room. Further tests check `--floor`."""
 from __future__ import annotations
 
 import json

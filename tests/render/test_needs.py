@@ -1,4 +1,4 @@
-"""A renderer uses only the defines, textures and passes that its scene needs. Its picture equals
+"""A renderer uses only the defines, textures and passes that its scene needs. The picture equals
 the picture that a renderer with all features draws."""
 from __future__ import annotations
 
@@ -76,8 +76,8 @@ def test_every_property_is_tested_alone() -> None:
 
 @pytest.mark.parametrize("name", [*ALONE, "everything"])
 def test_the_picture_of_all_features_is_the_same(precise_renderer, name: str) -> None:
-    """With all features, the picture is the same, and it costs at least as many passes, fetches
-    and bytes."""
+    """With all features, the picture is the same, and costs at least as many passes, fetches and
+    bytes."""
     scene = everything() if name == "everything" else ALONE[name](plain())
     options = {"bounces": 2, "light_samples": 3}
     with rt.Tracer(scene, "bvh-threaded") as tracer:
@@ -118,8 +118,8 @@ def test_the_plan_counts_every_byte(name: str) -> None:
 
 @pytest.mark.parametrize("share, bounces", [(0.5, 10), (0.1, 3), (0.9, 65), (1.0, 99)])
 def test_mirrors_that_weigh_too_little_are_not_followed(share: float, bounces: int) -> None:
-    """A mirror of share s leaves a ray the weight s^k after k bounces. A plan has only the bounces
-    after which this weight is at least CUTOFF."""
+    """After k bounces off mirrors of share s, a ray has the weight s^k. A plan has only the
+    bounces after which this weight is at least CUTOFF."""
     from looks import with_material
     scene = with_material(plain(), 1, rt.Material("m", mirror=(share,) * 3))
     assert SceneNeeds.of(scene, Asked(bounces=99)).bounces == bounces

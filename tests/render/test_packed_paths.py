@@ -10,7 +10,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.render import packed_paths, path
 from gpgpu_rt.render.packed_paths import PackedPaths, packed_sizes
 
-# A wave is the paths that are traced at once. Here its texels do not fill whole squares of 8 x 8.
+# A wave is the paths that are traced at once. Here a wave does not fill whole squares of 8 x 8.
 SIZE, SAMPLES = (14, 11), 16
 SCENES = {"cornell": path_scenes.cornell_lit, "everything": path_scenes.everything,
           "slab": lambda: path_scenes.glass_slab()[0]}
@@ -30,8 +30,8 @@ def small(monkeypatch) -> None:
 
 def pictures(scene: rt.Scene, method: str, ways: tuple[object, ...], tracer_options: dict,
              **options: object) -> list[tuple[np.ndarray, dict[str, int]]]:
-    """Return the radiance and the drawn passes for each value of ``compact`` in ``ways``. A single
-    tracer draws all pictures."""
+    """Return the radiance and the numbers of passes for each value of ``compact`` in ``ways``. A
+    single tracer draws all pictures."""
     found = []
     with rt.Tracer(scene, method, **tracer_options) as tracer:
         for way in ways:

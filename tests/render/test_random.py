@@ -13,7 +13,7 @@ def streams() -> dict[str, np.ndarray]:
     """Return the numbers of each stream, (n, 4).
 
     Along a stream, the pixel, sample, bounce, block or seed changes. A picture uses the numbers of
-    a stream together, so they must be independent.
+    a stream together, so the numbers must be independent.
     """
     count = np.arange(1 << 16)
     line, column = count >> 8, count & 255

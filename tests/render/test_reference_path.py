@@ -94,7 +94,7 @@ def test_direct_light_of_a_bright_texel(seed: int, monkeypatch) -> None:
 @pytest.mark.parametrize("seed", [11])
 def test_asking_surroundings_changes_the_noise_alone(seed: int, name: str, monkeypatch) -> None:
     """Direct sampling of the surroundings changes only the noise. The scene is a room with all
-    kinds of surface, and its only light comes through openings in its walls."""
+    kinds of surface. All light comes through openings in the walls."""
     scene = path_scenes.everything() if name == "sky" else path_scenes.everything_under_an_image()
     dark = [dataclasses.replace(m, emission=(0, 0, 0)) for m in scene.materials]
     scene = dataclasses.replace(scene, materials=dark, lights=())

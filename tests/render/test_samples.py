@@ -1,5 +1,5 @@
-"""With several samples per pixel, `whitted` and `direct` draw a pixel as bright as the share of
-its area that a bright object covers."""
+"""With several samples per pixel, the brightness of a pixel in `whitted` and `direct` is the share
+of the pixel's area that a bright object covers."""
 from __future__ import annotations
 
 import numpy as np

@@ -13,7 +13,7 @@ ULP = 2.0 ** -23
 
 
 def random_pairs(count: int) -> np.ndarray:
-    """Return (count, 2) numbers as paths use them, including values next to 0, 1/2 and 1."""
+    """Return (count, 2) random numbers of paths, including values next to 0, 1/2 and 1."""
     numbers = random_numbers(np.arange(count), 11, 0, 1, 0)[:, :2]
     edges = np.array([1, 3, (1 << 23) - 1, (1 << 23) + 1,
                      (1 << 24) - 3, (1 << 24) - 1]) / (1 << 24)
@@ -57,7 +57,7 @@ def test_lobe_density() -> None:
     found = evaluate("sample", "result = vec4(lobe_density(x.x, x.y), cosine_density(x.x), 0, 0);",
                      np.column_stack([cosine, exponents]))
     expected = sampling.lobe_density(cosine.astype(np.float64), exponents.astype(np.float64))
-    # The density contains exp(-size), which loses about `size` ulps. If the expected density is
+    # The density contains exp(-size), whose error is about `size` ulps. If the expected density is
     # below 1e-30, the test checks only that the result is tiny.
     size = exponents * -np.log(np.clip(cosine, 1e-30, 1))
     small = (expected < 1e-30) | (cosine <= 0)
@@ -111,8 +111,8 @@ def test_fresnel() -> None:
     c, n = cosine.astype(np.float64), ior.astype(np.float64)
     expected = sampling.fresnel(c, n)
     assert found.min() >= 0 and found.max() <= 1
-    # `known` is the largest change of the result if cosine and ior change by a unit of rounding.
-    # It is large near the critical angle.
+    # `known` is the largest change of the result if cosine and ior change by a rounding unit. This
+    # change is large near the critical angle.
     known = np.maximum.reduce([np.abs(sampling.fresnel(c * (1 + a), n * (1 + b)) - expected)
                                for a in (-ULP, 0, ULP) for b in (-ULP, 0, ULP)])
     assert (np.abs(found - expected) <= 16 * ULP * expected + 4 * known).all()

@@ -48,8 +48,8 @@ def test_light_of_known_strength(integrator: str, options: dict, wanted: list[in
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_the_options_come_and_go(precise_renderer, integrator: str) -> None:
-    """After a picture with an exposure, a picture without options is as before. A region of the
-    picture with an exposure equals its part of the whole picture."""
+    """A picture without options is the same before and after a picture with an exposure. With an
+    exposure, a region equals the same part of the whole picture."""
     drawing = {"size": (24, 16), "integrator": integrator,
                **({"samples": 4} if integrator == "path" else {})}
     with rt.Tracer("cornell-light") as tracer:

@@ -46,8 +46,8 @@ def test_a_box_of_mirrors_adds_up_to_a_geometric_series() -> None:
 
 
 def fresnel(cosine: np.ndarray, ior: float) -> np.ndarray:
-    """Return the Fresnel reflectance by the textbook formula, in float64; 1 past the critical
-    angle."""
+    """Return the Fresnel reflectance by the textbook formula, in float64. Past the critical angle,
+    the reflectance is 1."""
     sine = np.sqrt(1 - cosine ** 2) / ior
     beyond = np.sqrt(np.maximum(1 - sine ** 2, 0))
     across = (cosine - ior * beyond) / (cosine + ior * beyond)

@@ -49,8 +49,8 @@ def picture(width: int, seed: int) -> Image.Image:
 
 @pytest.fixture
 def figures(tmp_path: Path) -> Path:
-    """Returns a folder such as `make figures` writes. It holds two figures of the page's chapters,
-    and a figure that no chapter names."""
+    """Returns a folder of figures, in the form that `make figures` writes. Chapters of the page
+    name two of the figures, and no chapter names the third."""
     folder = tmp_path / "out"
     folder.mkdir()
     (folder / "fig12.md").write_text(TABLE)
@@ -115,7 +115,7 @@ def test_everything_is_carried_along(figures: Path, tmp_path: Path) -> None:
     outside = [r for r in read.references if not r.startswith(("data:", "#"))]
     assert outside == []
     assert all(r[1:] in read.ids for r in read.references if r.startswith("#"))
-    # The page has a single script, its own. A script in a figure's text is shown as text.
+    # The page has only its own script. A script in a figure's text is shown as text.
     assert read.tags.count("script") == 1 and text.count("<script>") == 1
     assert "&lt;script&gt;alert(1)" in text
     assert "Figure 12: <eye> rays & time" in read.words and "701" in read.words
@@ -203,8 +203,8 @@ def test_the_page_says_first_what_came_out(judged: Path, tmp_path: Path) -> None
 
 
 def test_outcomes_differ_for_colour_blind_readers() -> None:
-    """Each word has one outcome. The badges of confirmed and of contradicted figures differ in
-    lightness, and the text of every badge contrasts with the badge."""
+    """Each word of a verdict has one outcome. The badges of confirmed and of contradicted figures
+    differ in lightness, and the text of every badge contrasts with the badge."""
     assert sorted(word for one in OUTCOMES for word in one.words) == sorted(verdict_words.WORDS)
 
     def luminance(colour: str) -> float:
@@ -238,7 +238,7 @@ def test_films_and_maps(tmp_path: Path, figures: Path, monkeypatch) -> None:
     live = [int(re.search(r": ([\d,]+) of 1,200 rays live", one)[1].replace(",", ""))
             for one in texts]
     # The first frame shows pass 0, and the last frame shows the last pass. Each frame has fewer
-    # live rays than the frame before, also near the end, where few rays are live.
+    # live rays than the frame before, even near the end, where few rays are live.
     first, last = (re.match(r"pass ([\d,]+) of ([\d,]+):", texts[k]).groups() for k in (0, -1))
     assert first[0] == "0" and last[0] == last[1] and live[-1] == 0
     lost = -np.diff(live)
@@ -323,7 +323,7 @@ def test_in_a_browser(figures: Path, tmp_path: Path, width: int) -> None:
     assert found["broken"] == [] and found["requests"] == []
     assert found["refused"] == [] and found["errors"] == []
     assert found["wide"] <= 0  # nothing is cut off at the side
-    # The contents stay in view: beside the text on a wide screen, folded on a narrow one.
+    # The contents stay in view: beside the text on a wide screen, folded on a narrow screen.
     assert found["contents"] == {"top": 0, "open": width > 1000, "beside": width > 1000}
     assert found["film"] == {"frame": 3, "button": "Play", "moves": True}
 

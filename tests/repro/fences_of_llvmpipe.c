@@ -1,8 +1,8 @@
-/* Preloaded into a process that draws by llvmpipe. It makes an unlikely moment likely: a thread of
- * llvmpipe has counted itself on a fence, but has not unlocked the fence yet. Here the thread
- * sleeps for 0.6 ms in every fifth of these moments (`checked`), and the thread that draws sleeps
- * for 0.15 ms after every fortieth unlocking of a mutex. `freed` counts fences that were freed in
- * such a moment. Their memory is not given back, so the process goes on. */
+/* A library for LD_PRELOAD in a process that draws by llvmpipe. It makes an unlikely moment likely:
+ * a thread of llvmpipe has counted itself on a fence, but has not unlocked the fence yet. In about
+ * one of five such moments, the thread sleeps for 0.6 ms; `checked` counts these sleeps. Other
+ * threads sleep for 0.15 ms after about one of forty unlockings of a mutex. `freed` counts fences
+ * that were freed during a sleep. Their memory is kept, so the process does not crash. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <pthread.h>

@@ -2,8 +2,8 @@
 three edge functions rounded to zero.
 
 Brute force returned 4 such hits for 196,608 rays in the robots and kitchen scenes. Accelerators
-hid the fault, because they never tested such a triangle. The test now also requires that a ray
-pass through the bounding box of the sheared triangle.
+hid the fault, because they never tested such a triangle. The watertight test now also requires
+that the ray passes through the sheared triangle's bounding box.
 """
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_no_hit_on_slivers_far_from_the_ray(method: str, seed: int) -> None:
     triangles = (along + 1e-4 * rng.normal(size=(count, 3, 3))).astype(np.float32)
     scene = rt.Scene.from_arrays(triangles.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
     origins = rng.uniform(-200, 200, (4096, 3)).astype(np.float32)
-    aims = centre[rng.integers(count, size=4096), 0]  # the next line moves them by about 2 units
+    aims = centre[rng.integers(count, size=4096), 0]  # the next line moves the aims by about 2
     directions = (aims + rng.normal(size=(4096, 3)) * 2 - origins).astype(np.float32)
     with rt.Tracer(scene, method) as tracer:
         hits = tracer.trace(origins, directions)

@@ -13,7 +13,7 @@ import pytest
 SOURCE = Path(__file__).with_name("fences_of_llvmpipe.c")
 # The program draws without our package until llvmpipe frees a fence too early, for 10 seconds at
 # most. Then it traces rays, first alone and then with an observer that reads what each pass drew.
-# It counts the fences that are freed too early during the traces.
+# The program counts the fences that are freed too early during the traces.
 PROGRAM = """
 import ctypes, sys, time
 import moderngl

@@ -2,8 +2,8 @@
 triangle. Rounding then moves one of three collinear corners off the line.
 
 The fault was found in the kitchen scene, moved by 10^4 times its extent, where float32 flattens
-12,000 triangles. There 41 of 40,000 rays aimed at vertices hit such a triangle. The package now
-shrinks triangles without area to a point before it uploads them.
+12,000 triangles. In that scene, 41 of 40,000 rays that aimed at vertices hit such a triangle. The
+package now shrinks triangles without area to points before the upload.
 """
 from __future__ import annotations
 

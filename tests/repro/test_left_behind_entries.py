@@ -25,7 +25,7 @@ def test_single_rays_begin_at_the_root(monkeypatch: pytest.MonkeyPatch, precise_
         expected = tracer.trace(*rays)
     with rt.Tracer(scene, method, octants=octants, entry_points=tile) as tracer:
         hits = tracer.trace(*rays)
-        # This is set only if some rays continued as single rays.
+        # `single` is set only if some rays continued as single rays.
         assert tracer.session.driver.driver.kept.get("single") is not None
         hidden = tracer.occluded(*rays)
     assert_same_bits(hits, expected)

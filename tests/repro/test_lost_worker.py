@@ -1,4 +1,4 @@
-"""With Dask's default settings, a worker that was killed twice within 15 s did not start again.
+"""With Dask's default settings, Dask did not restart a worker that was killed twice within 15 s.
 After the loss of the last worker, a sweep waited for ever."""
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""In the past, the offset of a ray that leaves a hit was only doubled until the ray did not hit
-its own triangle. On long thin triangles, the offset was up to twice the necessary offset, and more
+"""In the past, a ray that leaves a hit started at an offset that doubled until the ray missed its
+own triangle. On long thin triangles, the offset was up to twice the necessary offset, and more
 than a thousandth of the triangle. Now a bisection follows the doubling."""
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """In the past, the option `presort` left out all rays with t_max < t_min. Rounding to the
 precision of the textures may make t_max and t_min equal, so that the ray has a valid interval.
-Such rays were traced without `presort`, but not with it."""
+Such rays were traced without `presort`, but not with `presort`."""
 from __future__ import annotations
 
 import numpy as np

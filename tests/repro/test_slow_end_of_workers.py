@@ -1,5 +1,5 @@
 """On a busy machine, a local worker process may take longer to end than Dask waits. In the past,
-`make figures` then ended in a traceback, although all measurements were complete."""
+this ended `make figures` in a traceback, although all measurements were complete."""
 from __future__ import annotations
 
 import contextlib

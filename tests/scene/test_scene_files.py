@@ -287,7 +287,7 @@ def test_a_textured_metal_is_tinted_by_its_mean(folder: Path) -> None:
 def test_names_in_gltf_files_are_uris(folder: Path) -> None:
     path = gltf(folder, {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, a=(9, 0, 0))
     path.write_text(path.read_text().replace("a.png", "my%20tex.png"))
-    # The file exists under the decoded name or, as some writers leave it, under the encoded name.
+    # The texture's file has the decoded name or, from some writers, the encoded name.
     for name in ("my tex.png", "my%20tex.png"):
         (folder / "a.png").rename(folder / name)
         texture = rt.load_scene(path).materials[0].texture

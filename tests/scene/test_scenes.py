@@ -24,7 +24,7 @@ def no_meshes(monkeypatch, tmp_path) -> None:
     pytest.param(name, marks=pytest.mark.full if catalogue.ROWS[name].triangles > 10**6 else ())
     for name in scene_names() if catalogue.ROWS[name].make])
 def test_built_scenes(name: str) -> None:
-    """A built scene has its catalogue's number of triangles, and is the same each time."""
+    """A built scene has as many triangles as the catalogue says, and is the same each time."""
     scene, row = rt.load_scene(name), catalogue.ROWS[name]
     assert len(scene) == row.triangles and scene.stand_in == row.stand_in
     assert np.isfinite(scene.triangles).all() and scene.extent > 0

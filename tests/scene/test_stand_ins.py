@@ -1,5 +1,5 @@
-"""Commands mark a stand-in scene as a stand-in in the text and JSON that they print, and in the
-titles of charts, heat maps, pages and films."""
+"""Commands mark a stand-in scene (a procedural substitute for a paper's scene) in the text and
+JSON that they print, and in the titles of charts, heat maps, pages and films."""
 from __future__ import annotations
 
 import argparse
@@ -34,8 +34,8 @@ COMMANDS = {
              "-o", "OUT.json"),
     "web": (*METHOD, "-o", "OUT.html"),
 }
-# Commands that are not tested here. The viewer marks a stand-in in its panel. `remesh` needs a
-# single surface, which SCENE is not.
+# Commands that are not tested here. The viewer's panel shows the mark. `remesh` needs a single
+# surface, which SCENE is not.
 APART = {"view", "remesh"}
 
 
@@ -66,7 +66,7 @@ def words(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_commands_tell(command: str, words, capsys) -> None:
-    """Each command says that the scene is a stand-in, also in its JSON."""
+    """The text and the JSON of each command say that the scene is a stand-in."""
     assert cli.main(words(command)) == 0
     assert f"{SCENE} is a procedural stand-in for" in capsys.readouterr().out
     assert cli.main((*words(command), "--json")) == 0
@@ -98,6 +98,6 @@ def test_pictures_tell(words, monkeypatch) -> None:
 
 
 def test_titles_tell(words) -> None:
-    """The title of a stand-in scene is marked, and no other title."""
+    """Only the title of a stand-in scene is marked."""
     assert rt.load_scene(SCENE).title == TITLE
     assert rt.load_scene("cornell").title == "cornell"

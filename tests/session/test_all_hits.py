@@ -1,5 +1,5 @@
-"""With every method, `trace_all` finds the same hits as a test of each ray against each triangle,
-in order of t."""
+"""With every method, `trace_all` finds, in order of t, the same hits as a test of each ray against
+each triangle."""
 from __future__ import annotations
 
 import multiprocessing
@@ -28,7 +28,7 @@ def doubled_soup(seed: int, count: int = 40) -> rt.Scene:
 def rays_through(scene: rt.Scene, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Return random rays and rays that aim at vertices.
 
-    The lengths of the directions are no powers of two. One ray starts far away.
+    The lengths of the directions are not powers of two. One ray starts far away.
     """
     kinds = [RAY_SETS[kind](scene, 60, seed) for kind in ("random", "vertices")]
     origins, directions = (np.concatenate(arrays) for arrays in zip(*kinds))
@@ -166,8 +166,8 @@ with rt.Tracer(scene, "kd-restart") as shared:
 
 
 def test_threads_take_turns() -> None:
-    """Several threads may use the same tracer and their own tracers. The test needs its own
-    process, because the current context of this process locks out other threads."""
+    """Several threads may share a tracer, and each thread may have its own tracer. The test needs
+    its own process, because the current context of this process locks out other threads."""
     subprocess.run([sys.executable, "-c", THREADS], check=True, timeout=120)
 
 

@@ -28,7 +28,7 @@ def positions(count: int = 3) -> list[np.ndarray]:
 
 
 def in_turn(method: str, **options: object) -> Iterator[rt.Hits]:
-    """Yield the hits of each frame, as `update` builds one frame after another."""
+    """Update a tracer frame by frame, and yield the hits of each frame."""
     with rt.Tracer(SCENE, method, **options) as tracer:
         for frame in positions():
             tracer.update(frame)

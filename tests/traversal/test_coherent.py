@@ -15,7 +15,7 @@ def bundles(side: int, seed: int, aim: np.ndarray, spread: float) -> tuple[np.nd
     """Returns origins and directions of an image, (side, side, 3) each, with one bundle of rays
     per packet.
 
-    The rays of a bundle start at one point, or at points ``spread`` apart. They aim at points
+    The rays of a bundle start at one point, or at points ``spread`` apart. The rays aim at points
     ``spread`` apart around one point of ``aim``. In every fifth bundle, the directions lie around
     the border between two dominant axes.
     """

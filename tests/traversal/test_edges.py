@@ -10,7 +10,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.methods import find_method
 
 METHODS = [row.name for row in rt.methods()]
-OF_NEIGHBOURS = {"ray-tiles"}  # these methods save tests if neighbouring rays are similar
+OF_NEIGHBOURS = {"ray-tiles"}  # methods that save work only if neighbouring rays are similar
 pytestmark = pytest.mark.small
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
 FACES = np.array([[0, 1, 2], [0, 2, 3]])
@@ -116,7 +116,7 @@ def test_any_number_of_rays(count: int) -> None:
         assert len(tracer.occluded(origins, np.tile(np.float32([0, 0, -1]), (count, 1)))) == count
 
 
-# In the quick suite, tests/extremes tests the other schedules (row 40 of docs/extremes.md).
+# The quick suite tests the other schedules in tests/extremes (row 40 of docs/extremes.md).
 @pytest.mark.parametrize("method, schedule", [
     pytest.param(row.name, schedule, marks=() if schedule == row.schedules[-1]
                  else pytest.mark.full) for row in rt.methods() for schedule in row.schedules])
@@ -176,7 +176,7 @@ def test_accelerators_save_tests() -> None:
     scene = soup_scene(2000, 15, size=0.03)
     origins, directions = np.random.default_rng(9).random((2, 500, 3)).astype(np.float32)
     for name in METHODS[1:]:
-        tiles = name in OF_NEIGHBOURS  # these methods need the neighbouring rays of an image
+        tiles = name in OF_NEIGHBOURS  # such a method needs the neighbouring rays of an image
         rays = scene.camera.rays((96, 96)) if tiles else (origins, directions)
         with rt.Tracer(scene, name, statistics=True) as tracer:
             hits = tracer.trace(*rays)

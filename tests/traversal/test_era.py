@@ -63,7 +63,7 @@ def test_shadow_rays_stop_at_a_hit(scenes, name):
     {"stack_size": 1, "push_down": False}], ids=str)
 def test_a_short_stack_may_be_shorter(scenes, more):
     """In the era form, a ray visits the same nodes and tests the same triangles as in today's
-    form, also with a shorter stack. So the numbers of passes agree."""
+    form, even with a shorter stack. The numbers of passes therefore agree."""
     rays = scenes["shirley6"].camera.rays((SIDE, SIDE))
     with rt.Tracer(scenes["shirley6"], "kd-short-stack", intersection="moller-trumbore",
                    schedule="kernels", **more) as tracer:
@@ -91,8 +91,8 @@ def test_passes_can_be_watched(scenes, name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_rays_along_an_axis_end(scenes, name):
-    """Rays with zero components end, although the inverse of zero is infinite, and zero times
-    infinity is NaN."""
+    """The search of a ray with zero components ends, although the inverse of zero is infinite, and
+    zero times infinity is NaN."""
     scene = scenes["cornell"]
     lo, hi = scene.bounds
     at = np.linspace(lo, hi, 9)[:, None] * [1.0, 1.0, 0.0] + [0, 0, lo[2] - 1]
@@ -101,7 +101,7 @@ def test_rays_along_an_axis_end(scenes, name):
         today = tracer.trace(at, direction)
     with rt.Tracer(scene, name, era="nv40") as tracer:
         found = tracer.trace(at, direction)
-    # Rays in the sides of the scene's box may differ, because boxes of the era form have no slack.
+    # Hits of rays in a side of the scene's box may differ: boxes of the era form have no slack.
     inside = slice(1, -1)
     assert (found.hit[inside] == today.hit[inside]).all()
 

@@ -114,7 +114,7 @@ def test_a_loop_that_the_renderer_ends_early_is_an_error(scenes, monkeypatch):
 
 
 def _counting() -> str:
-    """Returns the whole program with its hits replaced by the number of runs of each kernel."""
+    """Returns the whole program, which writes each kernel's number of runs instead of hits."""
     text = (ROOT / "era" / "packet_loop.glsl").read_text()
     text = re.sub(r"( +)(\w+)(\(rays, state, hit\);)", r"\1\2\3\n\1++count_\2;", text)
     text = text.replace("void main", "".join(f"float count_{name} = 0.0;\n" for name in KERNELS)
@@ -127,8 +127,8 @@ def _counting() -> str:
 @pytest.mark.parametrize("more", HORN, ids=str)
 @pytest.mark.parametrize("any_hit", [False, True])
 def test_the_loop_runs_the_kernels_of_the_trace(scenes, monkeypatch, more, any_hit):
-    """A trace of steps predicts how often each packet runs each kernel. The loop runs the kernels
-    this often, except in a few packets."""
+    """A trace under `step` predicts how often each packet runs each kernel. The loop runs the
+    kernels this often, except in a few packets."""
     def counting(*given):
         found = packet_loop(*given)
         return replace(found, virtual={**found.virtual, "pass": _counting()})
@@ -160,8 +160,8 @@ def test_the_loop_runs_the_kernels_of_the_trace(scenes, monkeypatch, more, any_h
 
 @pytest.mark.parametrize("more", HORN, ids=str)
 def test_a_kernel_writes_what_it_changes(more):
-    """Each kernel assigns every field that the method declares for it, and fits a card's
-    targets."""
+    """Each kernel assigns every field that the method declares for the kernel. The fields fit a
+    card's render targets."""
     for any_hit in (False, True):
         for kernel in packet_kernels(PACKET, _resolved(**more), any_hit):
             text = program_text(kernel.source("card"))

@@ -86,8 +86,8 @@ def oracle(count: int, seed: int, kind: str, rays: int, ray_seed: int) -> tuple:
 def test_soup_matches_oracle(method: str, options: dict, rays: str) -> None:
     scene, chosen, expected = oracle(300, 5, rays, 1024, 17)
     hits = trace(scene, method, chosen, **options)
-    # Rays aimed at vertices and edges of a soup graze them. Rounding decides on which side they
-    # pass.
+    # Rays that aim at vertices and edges of a soup graze them. Rounding decides on which side a
+    # ray passes.
     assert_same_hits(hits, expected, scene.extent, 0.4 if rays in ("vertices", "edges") else 0.002)
 
 
@@ -202,7 +202,7 @@ def test_real_scene_bars(precise_renderer, name: str, rays: str) -> None:
 @pytest.mark.parametrize("method", [row.name for row in rt.methods() if row.name != "brute-force"])
 def test_a_hit_ends_the_search(method: str) -> None:
     """Rays that miss the soup visit many nodes. A wall in front of the soup stops these rays
-    early, so in at least one setting of each method they visit less than half as many nodes."""
+    early. In some setting of each method, the rays then visit less than half as many nodes."""
     wall = np.float32([[[-3, -3, 1.5], [3, -3, 1.5], [0, 4, 1.5]]])
     triangles = np.concatenate([wall, random_soup(1500, seed=6, size=0.03)])
     scene = rt.Scene.from_arrays(triangles.reshape(-1, 3),

@@ -56,8 +56,8 @@ def test_triangles_without_area_are_never_hit(intersection: str) -> None:
     with rt.Tracer(scene, "brute-force", intersection=intersection) as tracer:
         hits = tracer.trace(origins, aims - origins)
     exact = rt.reference.trace(scene, origins, aims - origins)
-    # The third corner of an even triangle is a rounded midpoint, so the triangle may have an area,
-    # and a hit is right. An odd triangle repeats a corner and has no area.
+    # A triangle of even index has a rounded midpoint as third corner. It may have an area, so a
+    # hit may be right. A triangle of odd index repeats a corner and has no area.
     assert not (hits.hit & ~exact.hit & (hits.triangle % 2 == 1)).any()
 
 

@@ -1,5 +1,5 @@
-"""Under `loop` the state of a ray stays in registers, unless rays reach a limit or an observer
-needs the state."""
+"""Under the schedule `loop`, the state of a ray stays in registers, unless rays reach a limit or
+an observer needs the state."""
 from __future__ import annotations
 
 import numpy as np

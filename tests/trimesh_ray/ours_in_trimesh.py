@@ -102,7 +102,7 @@ def meshes() -> dict[str, trimesh.Trimesh]:
 def seven_eighths(half: float) -> trimesh.Trimesh:
     """Returns a cube around the origin without the octant of positive x, y and z.
 
-    The cube consists of filled cells. Its faces are those between a filled cell and an empty cell.
+    The cube consists of filled cells. A face lies between a filled cell and an empty cell.
     """
     filled = np.zeros((4, 4, 4), bool)
     filled[1:3, 1:3, 1:3] = True

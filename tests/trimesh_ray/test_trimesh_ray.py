@@ -22,7 +22,7 @@ OURS = {"bvh-threaded": {}, "kd-short-stack": {},
 ENGINES = {"native": Native, "embree": Embree,
            **{name: lambda mesh, name=name, options=options: RayMeshIntersector(
                mesh, name, **options) for name, options in OURS.items()}}
-# Embree is not exact: it looks for the next hit from a point a small offset behind the last hit.
+# Embree is not exact: after a hit, the search continues from a point slightly behind the hit.
 EXACT = [name for name in ENGINES if name != "embree"]
 
 

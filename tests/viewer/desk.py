@@ -1,7 +1,7 @@
-"""A desk: the viewer's panels without a window. A test clicks on a widget by giving its label.
+"""A desk: the viewer's panels without a window. Tests click on a widget by its label.
 
 The panels draw into a framebuffer of the suite's own context. While a desk is open, the functions
-of ImGui that draw widgets also note where each widget is, and each text that is written.
+of ImGui also note the place of each drawn widget, and each written text.
 """
 from __future__ import annotations
 

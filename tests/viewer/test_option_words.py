@@ -1,4 +1,4 @@
-"""Options have plain words as labels of controls, and the viewer knows their automatic values."""
+"""Labels of options are plain words, and the viewer knows the options' automatic values."""
 from __future__ import annotations
 
 import numpy as np

@@ -153,7 +153,7 @@ def test_the_command_is_copied(desk, monkeypatch) -> None:
 @pytest.mark.parametrize("size", [(1280, 800), SIZE])
 def test_the_picture_fills_the_free_part(desk, size: tuple[int, int]) -> None:
     """The picture has the size of the part that no panel covers. It shows all that a square
-    picture of the scene's own camera shows, also after a panel or the window is resized."""
+    picture of the scene's own camera shows, even after a panel or the window is resized."""
     one = desk("kd-restart", size)
 
     def framed(width: int, height: int) -> None:

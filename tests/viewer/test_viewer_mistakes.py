@@ -58,7 +58,7 @@ def test_errors_are_said_and_the_picture_stays(viewer: Viewer, user_method: str,
 
 def test_an_error_while_drawing_is_not_tried_again_and_again(viewer: Viewer,
                                                              monkeypatch) -> None:
-    """After an error, the viewer shows its message and does not draw again by itself."""
+    """After an error, the viewer shows the error's message and does not draw again by itself."""
     calls = []
 
     def fail(*given, **options):

@@ -83,7 +83,7 @@ def test_heat_of_two_methods_has_one_scale(viewer: Viewer) -> None:
     with rt.Tracer(viewer.scene, "bvh-threaded", statistics=True) as tracer:
         hits = tracer.trace(*viewer.camera.rays(VIEW))
     assert (one.values.ravel() == hits.triangles_tested).all()
-    for wipe, map_shown in ((0.0, two), (1.0, one)):  # wipe: the share that shows map one
+    for wipe, map_shown in ((0.0, two), (1.0, one)):  # wipe: the share of the picture for map one
         viewer.change_heat(wipe=wipe)
         assert (viewer.image == colours.ramp(map_shown.values / viewer.heat.top)).all()
     assert (one.values != two.values).any()

@@ -252,7 +252,7 @@ def test_keys_typed_into_a_busy_window_are_no_shortcuts(person, tmp_path: Path) 
 
 
 def test_keys_are_a_list_s_while_it_is_open(person) -> None:
-    """While a list is open, keys are no shortcuts, and Escape closes the list."""
+    """While a list is open, keys are not shortcuts, and Escape closes the list."""
     one = person("cornell")
     one.key("h")
     one.xdotool("mousemove", "500", "300")

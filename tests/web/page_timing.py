@@ -30,8 +30,8 @@ def first_picture(browser: Browser, page: Path, choices: str = "") -> float:
 
 
 def answers(browser: Browser, moves: int = 20) -> list[float]:
-    """Returns the milliseconds from each move of a drag until its picture was shown. The page must
-    have been opened by ``first_picture``."""
+    """Returns the milliseconds from each move of a drag until the page shows the picture for the
+    move. Before, open the page with ``first_picture``."""
     browser.wait("element('selftest').dataset.state === 'done'", 600)
     settle(browser)
     left, top, width, height = browser.box("#picture")

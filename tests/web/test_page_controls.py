@@ -76,8 +76,8 @@ def test_the_slider_stops_the_search(page: Browser) -> None:
     assert differing(before, early) > 0.3
     orange = (early[..., 0] > early[..., 2] + 100).mean()
     assert orange > 0.1       # rays that wait for the first kernel
-    # The page computes its curve of live rays from the rays' steps, and the number of live rays at
-    # the shown step from the rays' phases. Both numbers must be equal.
+    # The page computes the curve of live rays from the rays' steps. It counts the live rays at the
+    # shown step by the rays' phases. Both numbers must be equal.
     for _ in range(3):
         page.press("ArrowRight")
         settle(page)
@@ -256,7 +256,7 @@ def test_a_camera_near_its_up_can_be_turned_away(page: Browser) -> None:
 
 
 def test_counts_of_another_trace_are_not_shown(page: Browser) -> None:
-    """While another number of rays is traced, the page shows no counts of the trace before."""
+    """While the page traces a new number of rays, it shows no counts of the previous trace."""
     assert "are alive" in page.run("element('alive-text').textContent")
     assert page.run("""(() => {
         [chosen.side, playing] = [128, true];

@@ -29,7 +29,7 @@ def page(tmp_path_factory) -> Iterator[Browser]:
 
 
 def path(page: Browser, method: str) -> tuple[list[dict], np.ndarray, np.ndarray, np.ndarray]:
-    """Returns the path of the ray with a method, as the page has it: states, origin, direction,
+    """Returns the ray's path that the page holds for a method: states, origin, direction and
     hit."""
     page.select("#method", method)
     page.select("#schedule", "step")
@@ -41,8 +41,8 @@ def path(page: Browser, method: str) -> tuple[list[dict], np.ndarray, np.ndarray
 
 def host_states(method: str, origin: np.ndarray, direction: np.ndarray
                 ) -> tuple[list[dict], rt.Hits, dict[str, np.ndarray]]:
-    """Returns a ray's fields after each pass of the host's tracer, its hit, and the texels of the
-    table of bounds."""
+    """Returns a ray's fields after each pass of the host's tracer, the ray's hit, and the texels
+    of the table of bounds."""
     found: list[dict] = []
     tables: dict[str, np.ndarray] = {}
     options = {} if find_method(method).steps_once else {"steps_per_pass": 1}

@@ -1,5 +1,5 @@
-"""Helpers are worker processes that measure untimed cells beside the main process. They stop while
-the main process times a cell, and no cell is lost. A cell is one measurement of a figure."""
+"""A cell is one measurement of a figure. Helpers are worker processes that measure untimed cells
+beside the main process. Helpers stop while the main process times a cell, and no cell is lost."""
 from __future__ import annotations
 
 import functools
@@ -142,8 +142,8 @@ def test_threads_of_a_process_hold_the_machine_in_turns() -> None:
 
 
 def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
-    """`machine.taken` calls the given function if it must wait for another process, which holds
-    the machine's exclusive lock."""
+    """`machine.taken` calls the given function if it must wait for another process that holds the
+    machine's exclusive lock."""
     monkeypatch.setattr(own_folder.tempfile, "gettempdir", lambda: str(tmp_path))
     said: list[str] = []
     with machine.taken(lambda: said.append("nobody is alone")):

@@ -1,4 +1,4 @@
-"""Workers draw the same tiles and frames as a single process, also after a worker was killed or
+"""Workers draw the same tiles and frames as a single process, even after a worker was killed or
 the run was interrupted."""
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def test_a_motion_that_cannot_be_sent_is_a_line() -> None:
 
 
 def interrupted_after(parts: int, monkeypatch) -> None:
-    """Makes a run end as after Ctrl-C once ``parts`` parts are saved."""
+    """Makes a run end, as if by Ctrl-C, after ``parts`` parts are saved."""
     keep = sharing.Unfinished.keep
 
     def keep_some(self, part: int, image: Image.Image) -> None:

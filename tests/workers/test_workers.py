@@ -243,8 +243,8 @@ def test_misuse_is_an_error_with_advice(workers: Workers) -> None:
 
 
 def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
-    """A process that holds the machine's shared lock may then ask for the exclusive lock. If it
-    must wait for another process that holds the shared lock, it says so."""
+    """A process that holds the machine's shared lock may ask for the exclusive lock. If the
+    process must wait for another holder of the shared lock, it says so."""
     monkeypatch.setattr(machine, "_file", lambda: tmp_path / "lock")
     waited: list[str] = []
     with (tmp_path / "lock").open("ab") as other:

@@ -1,4 +1,4 @@
-"""A page for each public name of the Python packages; Sphinx fills in signature and docstring."""
+"""A page for each public name of the Python packages; Sphinx adds signature and docstring."""
 from __future__ import annotations
 
 import importlib
@@ -8,7 +8,7 @@ from typing import Any
 
 from .markdown import code, plain, table
 
-# The documented modules, each with the heading of its table. The names are those of __all__, or
+# Documented module -> heading of its table, which has the names of __all__ or, without __all__,
 # the public names that the module defines.
 MODULES = {
     "gpgpu_rt": "gpgpu_rt, usually imported as rt",
@@ -32,7 +32,7 @@ def _names(module: str) -> dict[str, Any]:
 
 
 def api_table() -> str:
-    """Returns tables of the modules' names, and the list of their pages."""
+    """Returns a table of names for each module, and a list of the names' pages."""
     text, pages = "", []
     for module, title in MODULES.items():
         names = _names(module)

@@ -1,4 +1,4 @@
-"""The commands with their options, from the parsers of the command line."""
+"""Lists the commands and their options, from the parsers of the command line."""
 from __future__ import annotations
 
 import argparse
@@ -7,7 +7,7 @@ from gpgpu_rt.cli.main import command_parser
 
 from .markdown import code, plain, table
 
-# The title of the group of options that reference/options.md lists.
+# This group of options is listed in reference/options.md instead.
 SHARED = "options of the tracer and its methods"
 
 

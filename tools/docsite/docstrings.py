@@ -36,7 +36,7 @@ def to_rst(lines: Sequence[str]) -> list[str]:
 
 
 def _begins_list(line: str, before: str) -> bool:
-    """Returns whether a list begins directly below a paragraph."""
+    """Returns whether ``line`` begins a list directly below a paragraph."""
     bullets = ("* ", "- ")
     return (line.lstrip().startswith(bullets) and bool(before.strip())
             and not before.lstrip().startswith(bullets)
@@ -48,7 +48,7 @@ def _indent(line: str) -> int:
 
 
 def _escaped(line: str) -> str:
-    """Returns a line with only code as markup; `code` becomes ``code``."""
+    """Returns a line in which only code is markup; `code` becomes ``code``."""
     bullet = re.match(r" *[*-] ", line)
     if bullet:
         return bullet[0] + _escaped(line[bullet.end():])

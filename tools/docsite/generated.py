@@ -1,4 +1,4 @@
-"""Generates parts of the reference: the texts that replace marks in pages, and the API's pages."""
+"""Generates the texts that replace marks in pages of the reference, and the pages of the API."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator

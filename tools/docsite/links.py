@@ -20,9 +20,9 @@ def with_links(text: str, page: Path, name: str, keep: Callable[[Path], str]) ->
     Parameters
     ----------
     text : Markdown
-    page : the file that has the text, to which its links are relative
+    page : the file of the text; links are relative to this file
     name : the page's name on the site, such as "notes/race.md"
-    keep : copies a file that is no page, and returns its name on the site
+    keep : function that copies a file (no page) and returns the copy's name on the site
     """
     def changed(link: re.Match) -> str:
         picture, words, address = link.groups()

@@ -1,4 +1,4 @@
-"""Markdown: tables and text in which no character is markup."""
+"""Makes Markdown: tables, and text in which no character acts as markup."""
 from __future__ import annotations
 
 import re

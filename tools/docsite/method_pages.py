@@ -1,4 +1,4 @@
-"""The method table, and a section for each method, from the rows of the table."""
+"""Writes the method table, and a section for each of its rows."""
 from __future__ import annotations
 
 from gpgpu_rt.cli.help import described
@@ -32,7 +32,7 @@ def _section(row: Method) -> str:
 
 
 def default_of(option) -> str:
-    """Returns the cell of an option's default; empty for None, which the meaning explains."""
+    """Returns the cell of an option's default, empty for None. The meaning explains None."""
     if option.default is None:
         return ""
     return code("no" if option.default is False else "yes" if option.default is True

@@ -1,4 +1,4 @@
-"""Tables of options, from their declarations."""
+"""Writes tables of options, from the options' declarations."""
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -30,7 +30,7 @@ def _owned(options: Variants, owner: str) -> str:
 
 
 def _limits(option: Option) -> str:
-    """Returns an option's bounds, the schedules and options that it needs or excludes, and its
+    """Returns an option's limits: bounds, needed schedules and options, excluded options, and
     values that may lose hits."""
     found = []
     if option.minimum is not None:

@@ -1,4 +1,4 @@
-"""The files of the GLSL programs, with the comment at the beginning of each."""
+"""Lists the files of the GLSL programs, each with the comment at its beginning."""
 from __future__ import annotations
 
 import re

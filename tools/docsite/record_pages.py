@@ -1,4 +1,4 @@
-"""The layout of records in texels, from their declarations."""
+"""Lists the layouts of records in texels, from the declarations."""
 from __future__ import annotations
 
 import importlib
@@ -32,7 +32,7 @@ def _modules() -> Iterator[tuple[str, dict[str, Record]]]:
     """Yields each module that declares records, and the records by name."""
     paths = [path for path in _PACKAGE.rglob("*.py")
              if path.name in ("records.py", "triangle_table.py")]
-    # Shared records come first, because a family's records may be their variants.
+    # Shared records come first: a family's records may be variants of these.
     for path in sorted(paths, key=lambda path: ("methods" in path.parts, path)):
         parts = path.relative_to(_PACKAGE).with_suffix("").parts
         module = importlib.import_module(".".join(("gpgpu_rt", *parts)))

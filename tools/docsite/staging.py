@@ -46,7 +46,7 @@ def stage(folder: Path) -> None:
 
 
 def _chapters(page: Path) -> str:
-    """Returns the list of a folder's pages, if the page is the folder's first."""
+    """For a folder's first page, returns a list of the folder's other pages; else ""."""
     if page.parent == DOCS or page.name not in ("index.md", "README.md"):
         return ""
     names = sorted((one.stem for one in page.parent.glob("*.md") if one != page), key=_in_order)
@@ -62,7 +62,7 @@ def _in_order(name: str) -> tuple[int, str]:
 
 
 def _sidebar(index: Path) -> str:
-    """Returns lists of the pages of docs/index.md's headings and of the chapters."""
+    """Returns the chapters, and a list of pages for each heading of docs/index.md."""
     found = "".join(_toctree(title.capitalize(), [f"{title}/index"]) for title in CHAPTERS
                     if (DOCS / title / "index.md").exists())
     for section in index.read_text(encoding="utf-8").split("\n## ")[1:]:

@@ -31,7 +31,7 @@ def mutated(content: bytes, rng: Rng) -> bytes:
 
 
 def mutated_json(content: bytes, rng: Rng) -> bytes:
-    """Return JSON with one to three changed values, keys or items, or in a quarter of the cases,
+    """Return JSON with one to three changed values, keys or items. A quarter of the cases change
     bytes."""
     if rng.random() < 0.25:
         return mutated(content, rng)

@@ -3,17 +3,17 @@
 // The children may overlap or leave a gap, so a ray enters both children, one child or neither.
 //
 // Departure: the paper keeps a stack, which a fragment program of 2006 does not have. As in Foley and
-// Sugerman's kd-backtrack, a ray climbs, one parent per step, and enters each far child whose box it meets.
-// This box is the part of the scene's box that the planes of the node's ancestors leave. The t of a plane
-// always comes from the same expression, so the ray's interval in this box is the interval that a stack
-// would have kept.
+// Sugerman's kd-backtrack, a ray climbs one parent per step, and enters each far child whose box the ray
+// meets. This box is the scene's box, cut by the planes of the child's ancestors. The t of a plane always
+// comes from the same expression. So the ray's interval in this box is the interval that a stack would have
+// stored.
 //
-// With STACK_SIZE above 0 far children wait in a stack, a local array. Entries can be lost: the array is
+// With STACK_SIZE above 0, far children wait on a stack, a local array. Entries can be lost: the array is
 // empty at the start of each pass, and a push onto a full stack drops the lowest entry. If a ray's stack is
-// empty and entries were lost, the ray climbs. So stacks of all sizes and all schedules give the same hits.
+// empty and entries were lost, the ray climbs. So all stack sizes and all schedules give the same hits.
 //
-// Planes are shifted outward as the faces of boxes are (core/slack.glsl): a plane that ends a child is
-// measured from hi_origin, a plane that begins a child from lo_origin.
+// Planes are shifted outward, like the faces of boxes (core/slack.glsl). Planes that end a child are
+// measured from hi_origin. Planes that begin a child are measured from lo_origin.
 
 #include "core/axis.glsl"
 
@@ -96,8 +96,8 @@ void intersect(Ray ray, inout State state, inout Hit hit) {
     }
 }
 
-// Go to the far sibling if the node is a near child and the ray meets the sibling's box, else to the
-// parent.
+// Go to the far sibling if the node is a near child and the ray meets the sibling's box. Otherwise go to
+// the parent.
 void climb_to_parent(Ray ray, inout State state, Hit hit) {
     int node = state.node;
     int side = bih_bounds_side(node);

@@ -1,7 +1,7 @@
-// Reads the nodes of a threaded BVH, from float texels or quantised texels, by the same functions.
+// Reads the nodes of a threaded BVH. The same functions read float texels or quantised texels.
 //
-// The field `first` is the first triangle of a leaf, -1 at an inner node, and less than -1 at a portal,
-// which leads to a subtree that octant copies share (shared_subtrees.glsl).
+// The field `first` is the first triangle of a leaf, -1 at an inner node, and less than -1 at a portal. A
+// portal leads to a subtree that the octant copies share (shared_subtrees.glsl).
 
 // Encode the number of the first node below a portal as the portal's field `first`, or decode this field.
 int portal_code(int node) {

@@ -4,11 +4,11 @@
 // box. If rays are in both boxes, the packet enters the child that more rays meet first, and pushes the
 // other child.
 //
-// Departures: in the paper a warp traces the packet, and votes are reductions in shared memory. Here one
-// fragment traces the packet, and votes are sums. A packet walks once for each group of rays that agree in
-// direction, called a turn (drivers/packet_turns.glsl). A long walk pauses (core/lockstep.glsl). With
-// `interval_test` one test of a box by interval arithmetic serves all rays of the packet
-// (drivers/boxes_by_interval.glsl, the file <box_tests>). With `entry_points` the packet begins where a
+// Departures: in the paper a warp traces the packet, and the votes of the rays are summed in shared memory.
+// Here one fragment traces the packet and sums the votes. A packet walks once for each group of rays that
+// agree in direction, called a turn (drivers/packet_turns.glsl). A long walk pauses (core/lockstep.glsl).
+// With `interval_test`, a single test of a box by interval arithmetic serves all rays
+// (drivers/boxes_by_interval.glsl, the file <box_tests>). With `entry_points`, the packet begins where a
 // beam entered the tree (methods/bvh/entry_stack.glsl, the file <entry>).
 
 #include "methods/bvh/packet_common.glsl"
@@ -32,7 +32,7 @@ vec3 left_lo;
 vec3 left_hi;
 vec3 right_lo;
 vec3 right_hi;
-bool any_left_in;     // a ray is in the left box
+bool any_left_in;     // whether any ray is in the left box
 bool any_right_in;
 int for_left;         // rays that meet the left child first, minus the rays that meet the right child first
 
@@ -47,8 +47,8 @@ void test_boxes(int r) {
     for_left += left_first ? 1 : (in_right ? -1 : 0);
 }
 
-// Visit an inner node: move on to the child that the packet enters first, or to NOTHING if no ray is in a
-// child. Return the other child if a ray is in its box, else NOTHING.
+// Visit an inner node: move on to the child that the packet enters first, or to NOTHING if all rays miss
+// both boxes. Return the other child if a ray is in its box, else NOTHING.
 int visit() {
     COUNT(nodes_visited);
     ++steps;
@@ -69,7 +69,7 @@ int visit() {
 
 // Walk -------------------------------------------------------------------------------------------
 
-bool on;   // the walk goes on
+bool on;   // whether the walk goes on
 
 // Walk from `node` to the next leaf, but test at most `most` pairs of boxes. If the packet enters no child
 // of a node, pop a node from the stack.

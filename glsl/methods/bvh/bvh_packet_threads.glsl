@@ -1,11 +1,11 @@
-// bvh-packet with `octants`: a packet walks along escape indices and needs no stack. It walks the copy of
-// the tree that is threaded front to back for the direction octant of its turn (Thrane and Simonsen 2005;
-// survey, section 3.5, Figure 19). A packet enters an inner node if any ray is in the node's box. Otherwise
-// it follows the node's escape index.
+// bvh-packet with `octants`: a packet walks along escape indices, without a stack (Thrane and Simonsen
+// 2005; survey, section 3.5, Figure 19). The rays of a turn agree in direction (drivers/packet_turns.glsl).
+// They walk the tree's copy that is threaded front to back for their octant. A packet enters a node if any
+// ray is in the node's box. Otherwise the packet follows the node's escape index.
 //
 // Options choose the files behind <box_tests> (packet_common.glsl), <entry> and <subtrees>. With
-// `entry_points` the packet begins where a beam entered the tree and jumps over nodes that the beam misses
-// (methods/bvh/entry_threads.glsl). With `shared_subtrees` the copies share the lower part of the tree
+// `entry_points`, the packet begins where a beam entered the tree and jumps over nodes that the beam misses
+// (methods/bvh/entry_threads.glsl). With `shared_subtrees`, the copies share the lower part of the tree
 // (methods/bvh/shared_subtrees.glsl).
 
 #include "methods/bvh/packet_common.glsl"
@@ -24,14 +24,14 @@ void start_walk() {
 
 vec3 lo;
 vec3 hi;
-bool any_in;   // a ray is in the box
+bool any_in;   // whether any ray is in the box
 
 void test_box(int r) {
     vec2 interval = searched(r, lo, hi);
     any_in = any_in || interval.x <= interval.y;
 }
 
-// Visit a node and move on. Return the first triangle of a leaf that a ray is in, else a negative number.
+// Visit a node and move on. Return a leaf's first triangle if a ray is in the leaf, else a negative number.
 int visit() {
     COUNT(nodes_visited);
     ++steps;
@@ -53,7 +53,7 @@ int visit() {
 
 // Walk -------------------------------------------------------------------------------------------
 
-int leaf;   // the first triangle of the leaf that the walk reached; below 0: no leaf was reached
+int leaf;   // the first triangle of the leaf that the walk reached; below 0 if it reached none
 
 // Walk to the next leaf that a ray is in. Stop after `most` nodes.
 void walk_on(int most) {

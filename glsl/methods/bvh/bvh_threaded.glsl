@@ -3,11 +3,11 @@
 // A ray that enters an inner node goes on to the next node. A ray that misses the node, or has tested the
 // triangles of a leaf, follows the node's escape index. So a ray needs no stack.
 //
-// Departures: a leaf holds a run of triangles, in the thesis one triangle. With OCTANTS the tree is stored
-// eight times, once for each direction octant, and the child that is nearer to rays of the octant comes
-// first; the thesis has one order for all rays. With `shared_subtrees` the copies share the lower part of
-// the tree (methods/bvh/shared_subtrees.glsl, the file <subtrees>). With `entry_points` a ray walks through
-// the subtrees of a list (methods/bvh/threaded_entries.glsl, the file <entries>).
+// Departures: a leaf holds consecutive triangles, in the thesis one triangle. With OCTANTS, the tree is
+// stored eight times, once for each direction octant. The child that is nearer to rays of the octant comes
+// first; the thesis has one order for all rays. With `shared_subtrees`, the copies share the lower part of
+// the tree (methods/bvh/shared_subtrees.glsl, the file <subtrees>). With `entry_points`, a ray walks
+// through the subtrees of a list (methods/bvh/threaded_entries.glsl, the file <entries>).
 
 #include "core/quantised.glsl"
 #include "methods/bvh/bvh_nodes.glsl"

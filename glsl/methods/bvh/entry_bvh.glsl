@@ -1,11 +1,11 @@
 // Finds the entry points of a tile of rays in a threaded BVH, after Reshetov et al. 2005 (see
 // stages/entry_points.frag). A beam bounds the rays of the tile and descends into the nodes that it meets.
-// Leaves, portals of shared subtrees, and nodes that fewer than about half of the beam's rays meet become
-// entries instead. If the list is full, or the beam has visited MOST_VISITS nodes, the last entry stands
-// for the whole rest of the walk.
+// Three kinds of met nodes become entries instead: leaves, portals of shared subtrees, and nodes that fewer
+// than about half of the beam's rays meet. If the list is full, or the beam has visited MOST_VISITS nodes,
+// the last entry stands for the whole rest of the walk.
 //
-// Departure: a tile has a list of nodes, in the paper one node. In a BVH, a single node for all rays of a
-// tile would often be the root.
+// Departure: a tile has a list of nodes; the paper's tile has one. In a BVH, a single node for all rays of
+// a tile would often be the root.
 
 #include "methods/bvh/beam_step.glsl"
 
@@ -21,7 +21,7 @@ void walk(Tile_beam beam, ivec2 tile) {
 #endif
     int node = node_count > 0 ? root : -1;
     int end = -1;
-    bool begins = false;   // the next node is the root of a subtree, which ends at the root's escape index
+    bool begins = false;   // whether `node` is a subtree's root; the subtree ends at its escape index
     int above = 0;
 #ifdef UPPER
     node = -1;

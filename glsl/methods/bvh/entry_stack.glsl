@@ -1,5 +1,5 @@
-// The links of a packet's entry, in a walk with a stack: the content of the stack at the start of the walk,
-// with link_1 at the bottom.
+// Fills a packet's stack at the start of a walk from the links of the packet's entry, with link_1 at the
+// bottom.
 
 #include "drivers/packet_entry.glsl"
 

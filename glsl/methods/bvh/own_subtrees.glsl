@@ -1,4 +1,4 @@
-// A threaded BVH that stores each octant copy in full: replaces shared_subtrees.glsl. The compiler removes
+// Replaces shared_subtrees.glsl in a threaded BVH that stores whole octant copies. The compiler removes
 // `after`.
 
 int no_way_out;

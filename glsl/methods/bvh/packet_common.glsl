@@ -16,7 +16,7 @@
 
 uniform int node_count;
 
-bool through = false;   // the walk of the current turn has ended
+bool through = false;   // whether the walk of the current turn has ended
 bool any_left;
 
 // Turns ------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-// The step of a ray in a packet walk through a BVH, under the schedule `step`. Only the packet walks.
+// Advances a ray of a BVH packet under the schedule `step`. The packet walks; the ray tests triangles.
 
 #include "drivers/packet_turns.glsl"
 

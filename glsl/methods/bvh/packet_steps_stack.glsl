@@ -1,4 +1,4 @@
-// A packet's step under the schedule `step`, in a walk with a stack. The stack lies in the tiles of an
+// Advances a packet under the schedule `step`, in a walk with a stack. The stack lies in the tiles of an
 // atlas (drivers/push.frag), and PUSH and POP are separate phases. packet_steps.glsl describes the
 // functions.
 

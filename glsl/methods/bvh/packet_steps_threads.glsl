@@ -1,4 +1,4 @@
-// A packet's step under the schedule `step`, in a walk along escape indices. packet_steps.glsl describes
+// Advances a packet under the schedule `step`, in a walk along escape indices. packet_steps.glsl describes
 // the functions.
 
 #include "methods/bvh/packet_steps.glsl"

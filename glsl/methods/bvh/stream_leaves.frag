@@ -1,5 +1,5 @@
 #version 330 core
-// Each element of a ray stream that is at a leaf tests the leaf's triangles. Builders limit their number.
+// Tests the triangles of a leaf for one element of a ray stream. Builders limit the number of triangles.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

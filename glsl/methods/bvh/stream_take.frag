@@ -6,7 +6,7 @@
 #include "algorithms/search.glsl"
 
 uniform int base;        // the first element that is drawn
-uniform int elements;    // number of elements before the reduction
+uniform int elements;    // number of elements before the compaction
 
 void main() {
     Visited from = visited_load(table_texel(find_flagged(element() - base, 0, elements)));

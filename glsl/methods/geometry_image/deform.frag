@@ -1,7 +1,7 @@
 #version 330 core
 // Deforms a geometry image: computes each texel from its rest position (Carr et al. 2006 deform the image
-// in a fragment program before the pyramids are built). The function `deform` in <deformation> depends on
-// the position and the time only, so texels with equal rest positions stay equal.
+// in a fragment program before the pyramids are built). The function `deform` in <deformation> depends only
+// on position and time, so texels with equal rest positions stay equal.
 
 #include "core/fetch.glsl"
 #include "core/precision.glsl"

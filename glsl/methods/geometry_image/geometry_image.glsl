@@ -2,16 +2,16 @@
 // Images", Graphics Interface 2006 (survey, section 3.5, Figure 21). The mesh is an image of positions;
 // four adjacent texels (2 x 2) form a quad of two triangles. A min and a max pyramid hold the boxes of
 // coarser and coarser quads. Passes compute the boxes anew whenever positions change (pyramid.frag). The
-// order of the nodes never changes: the fourth channels of the pyramids hold it as links. The hit link
-// leads to the first child. The miss link leads to the next sibling of the node or of the nearest ancestor
-// that has a next sibling.
+// order of the nodes never changes. Links in the fourth channels of the pyramids store the order. The hit
+// link leads to the first child. The miss link leads to the next sibling of the node or of the nearest
+// ancestor that has a next sibling.
 //
 // Departures: an image need not be square or a power of two; nodes outside the image do not exist. Several
 // charts form a forest in one pair of textures: the miss link of each root leads to the next root. One pass
-// traces all charts, in the paper one image. The option `level` stops a ray at the quads of a coarser
-// level. A mesh that is not an image becomes an image of single triangles along a Morton curve, in
-// unconnected cells. With FRONT_TO_BACK the links, but not the boxes, are stored eight times, once for each
-// direction octant, so that the nearer child comes first.
+// traces all charts; in the paper it traces one image. The option `level` stops a ray at the quads of a
+// coarser level. The triangles of a mesh that is not an image are laid out along a Morton curve, one per
+// cell. With FRONT_TO_BACK, the links, but not the boxes, are stored eight times, once for each direction
+// octant, so that the nearer child comes first.
 
 #include "core/octant.glsl"
 

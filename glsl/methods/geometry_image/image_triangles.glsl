@@ -1,4 +1,4 @@
-// The current triangle of a geometry image. The method makes one or two triangles of the corners of a cell,
+// The current triangle of a geometry image. The method makes one or two triangles from a cell's corners,
 // and calls `test_triangle` for each. The functions below replace the accessors of the triangle table.
 
 vec3 image_v0;

@@ -1,4 +1,4 @@
-// Two waves that run across a surface and lift it by up to 0.15 units.
+// Moves two waves, up to 0.15 units high, across a surface.
 
 vec3 deform(vec3 rest, float time) {
     float lift = 0.1 * sin(4.0 * rest.x + 3.0 * time) + 0.05 * sin(7.0 * rest.z - 5.0 * time);

@@ -1,8 +1,8 @@
 // Coherent grid traversal: Wald, Ize, Kensler, Knoll, Parker, "Ray Tracing Animated Scenes using Coherent
 // Grid Traversal", SIGGRAPH 2006. The rays of a packet walk the grid of grid.glsl together, slice by slice
 // along their dominant axis. In each slice the rays span a rectangle of cells. All rays test the triangles
-// of all these cells, except triangles outside the packet's frustum (vertex_culling.glsl; only with the
-// watertight test).
+// of all these cells. With the watertight test, triangles outside the packet's frustum are skipped
+// (vertex_culling.glsl).
 //
 // Departures: the paper moves four bounding planes from slice to slice by four additions. Here each slice
 // computes its rectangle anew from the intervals that the rays still search, because this costs less than
@@ -16,11 +16,11 @@
 uniform ivec3 grid_resolution;
 uniform vec3 cell_size;
 
-bool through = false;   // the walk of the current turn has ended
+bool through = false;   // whether the walk of the current turn has ended
 float t_exit[RAYS];
 float t_enter[RAYS];
 
-// Values of the current turn, axes permuted as in the watertight test: the dominant axis comes last.
+// Values of the current turn. Axes are permuted as in the watertight test: the dominant axis comes last.
 bvec2 major;
 bool forward;
 vec3 grid_lo;
@@ -100,12 +100,11 @@ void begin_turn() {
 
 float near_plane;
 float far_plane;
-bool any_ahead;         // a ray still searches this slice or a later slice
+bool any_ahead;         // whether any ray still searches this slice or a later slice
 vec2 lo;
 vec2 hi;
 
-// Extend the rectangle by the part of the slice that a ray still searches, slightly widened
-// (core/slack.glsl).
+// Extend the rectangle by the ray's remaining interval in the slice, slightly widened (core/slack.glsl).
 void cross_slice(int r) {
     Ray ray = rays[r];
     float inv = permuted(major, ray.inv_dir).z;

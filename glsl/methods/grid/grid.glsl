@@ -1,8 +1,8 @@
 // Uniform grid: Purcell, Buck, Mark, Hanrahan, "Ray Tracing on Programmable Graphics Hardware", SIGGRAPH
-// 2002 (survey, section 3.3, Figure 6). A ray steps from cell to cell by a 3D DDA. Each intersect step
-// tests one entry of the cell's list, which ends in a sentinel.
+// 2002 (survey, section 3.3, Figure 6). A ray steps from cell to cell by a 3D DDA. Each `intersect` step
+// tests one entry of the cell's list. The list ends in a sentinel.
 //
-// With PROXIMITY: Karlsson and Ljungstedt, "Ray Tracing Fully Implemented on Programmable Graphics
+// PROXIMITY follows Karlsson and Ljungstedt, "Ray Tracing Fully Implemented on Programmable Graphics
 // Hardware", master's thesis, Chalmers 2004. An empty cell stores the Chebyshev distance k to the nearest
 // occupied cell, and the ray jumps k - 1 cells at once.
 //

@@ -1,5 +1,5 @@
-// Computes the t at which rays cross planes of a kd-tree. One expression serves splits and faces of boxes,
-// so equal planes have equal t.
+// Computes the t at which rays cross planes of a kd-tree. Split planes and faces of boxes use one
+// expression, so equal planes have equal t.
 
 #include "core/axis.glsl"
 

@@ -1,13 +1,13 @@
 // The shared part of all kd-tree traversals of single rays. A ray descends to the leaf at its t_min, tests
-// the leaf's triangles one by one, and leaves the leaf. Foley and Sugerman, "KD-Tree Acceleration
+// the leaf's triangles one by one, and leaves the leaf. Source: Foley and Sugerman, "KD-Tree Acceleration
 // Structures for a GPU Raytracer", Graphics Hardware 2005 (survey, section 3.4, Figures 10 to 12).
 //
 // A method's own file defines four functions. `start_search` begins a search. `take_only_child` is called
-// at a node that sends the ray to one child only, and `pass_far_child` for the far child at a node that
-// sends the ray to both. `leave_leaf` continues behind a leaf. Options choose the files behind <entries>
-// (where a search begins) and <interval> (where a ray continues behind a leaf).
+// if a node sends the ray to one child, and `pass_far_child` if a node sends the ray to both children.
+// `leave_leaf` continues behind a leaf. Options choose the files behind <entries> (where a search begins)
+// and <interval> (where a ray continues behind a leaf).
 //
-// Departure: in the survey's Figure 10, a ray enters the near child also if t_split < 0. This is wrong: a
+// Departure: in the survey's Figure 10, a ray also enters the near child if t_split < 0. This is wrong: a
 // negative t_split can mean that the ray starts beyond the plane.
 
 #include "methods/kdtree/kd.glsl"

@@ -13,15 +13,15 @@ int root_of(State state) {
     return state.root;
 }
 
-// End the search of a subtree: the ray is done if it has a hit before the subtree's end, else the next
+// End the search of a subtree: the ray is done if it has a hit before the subtree's end. Otherwise the next
 // subtree of the list follows.
 void settle(inout State state, Hit hit) {
     state.phase = hit.t < state.t_max ? DONE : ENTER;
 }
 
-// Go on to the next subtree of the list, and search it if the ray passes through its box. The ends of the
-// ray's interval in the box come from the same expression as the t of splits, so the intervals of adjacent
-// subtrees meet exactly.
+// Go on to the next subtree of the list, and search it if the ray passes through the subtree's box. The
+// ray's interval in the box is computed by the same expression as the t of splits, so the intervals of
+// adjacent subtrees meet exactly.
 void enter(Ray ray, inout State state, inout Hit hit) {
     int code = entry_code(ivec2(gl_FragCoord.xy) / ENTRY_TILE, state.entry);
     ++state.entry;

@@ -1,11 +1,11 @@
 // kd-packet: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007 (survey,
 // section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch. Each ray keeps its
 // own interval. The packet enters a child if any ray needs the child. If rays need both children, the
-// packet enters the near child and pushes the far child. A restart begins at the root, or with PUSH_DOWN at
-// the last node that contains the rest of every ray's interval (see kd_push_down.glsl).
+// packet enters the near child and pushes the far child. A restart begins at the root, or, with PUSH_DOWN,
+// at the last node that contains the rest of every ray's interval (see kd_push_down.glsl).
 //
 // Addition: with SKIP_EMPTY_LEAVES a packet does not fetch a leaf whose parent marks it as empty. The
-// survey does not mention this for Horn et al.
+// survey does not say that Horn et al. do so.
 //
 // The rays of a turn agree in the signs of their directions (drivers/packet_turns.glsl). All other rays
 // wait, masked by an empty interval. Options choose the files behind <triangle_tests>
@@ -42,8 +42,8 @@ void start_ray(int r) {
     vec2 interval = box_interval(ray, scene_lo, scene_hi);
     float start = max(interval.x, ray.t_min);
     t_exit[r] = min(max(box_exit(ray, scene_lo, scene_hi), start), ray.t_max);
-    // A ray is awake in a node if its interval in the node is longer than 0. Widen an interval that is a
-    // single point, so that its ray is awake.
+    // A ray is awake in a node if its interval in the node is longer than 0. Widen the interval, so that a
+    // ray stays awake even if its interval is a single point.
     t_exit[r] = max(t_exit[r], start + abs(start) * (4.0 * ARITHMETIC_UNIT) + 1e-30);
     octant[r] = direction_octant(ray.inv_dir) + shared_axis(ray);
     t_turn[r] = start <= min(interval.y, ray.t_max) && ray.t_min <= ray.t_max ? start : NEVER;
@@ -79,11 +79,11 @@ float plane;
 int axis;
 int near;
 int far;
-bool near_is_empty;     // the child is known to be an empty leaf; always false without SKIP_EMPTY_LEAVES
+bool near_is_empty;     // whether the child is known to be an empty leaf; false without SKIP_EMPTY_LEAVES
 bool far_is_empty;
 
-// Split the interval of a ray at the plane. If a child is known to be an empty leaf, move t_min to the end
-// of the ray's interval in the leaf, so that the ray skips it.
+// Split the interval of a ray at the plane. If the child at t_min is known to be an empty leaf, move t_min
+// to the end of the ray's interval in the leaf, so that the ray skips the leaf.
 void split_ray(int r) {
     t_split[r] = plane_t(rays[r], axis, plane);
     bool awake = t_min[r] < t_max[r];

@@ -1,15 +1,15 @@
 // kd-packet in the era form (docs/era.md): the kernels of kd_packet.glsl as Horn et al. 2007 may have
 // written them for a card with branches. A packet is 2x2 rays. A vector of four components holds one number
-// of each ray, so that an instruction of the card works on four rays.
+// per ray, so that one instruction of the card serves four rays.
 //
 // The loop of era/packet_loop.glsl branches to the kernels:
 //   `begin` begins the next turn at the root, with the rays whose directions agree in their signs.
 //   `traverse` visits a node. `push` follows if rays need both children.
 //   `intersect` tests a triangle against the four rays.
-//   `leave` leaves a leaf. `pop` follows if rays go on: it pops a node, or restarts if the stack is empty.
+//   `leave` leaves a leaf. `pop` follows if rays go on. `pop` restarts if the stack is empty.
 //
 // Empty leaves are visited, because the survey does not say that Horn et al. skipped them. Boxes are not
-// widened. The cursor in a leaf's list shares a field of the state with the node. The node of a free stack
+// widened. The cursor in a leaf's list and the node share a field of the state. The node of a free stack
 // entry is 0. A restart begins at the node `pushed`. While `pushed` may still move down, the first entry's
 // node is PUSHING.
 
@@ -28,7 +28,7 @@ vec4 each_chosen(bvec4 is_a, vec4 a, vec4 b) {
     return vec4(is_a.x ? a.x : b.x, is_a.y ? a.y : b.y, is_a.z ? a.z : b.z, is_a.w ? a.w : b.w);
 }
 
-// 1 for each ray that waits for its turn, else 0. A shadow ray that has a hit does not wait.
+// 1 for each ray that waits for its turn, else 0. A shadow ray does not wait if it has a hit.
 vec4 waiting(State state, Hit hit) {
     vec4 waits = vec4(lessThan(state.t_turn, vec4(NEVER)));
 #ifdef ANY_HIT
@@ -75,7 +75,7 @@ void begin(Packet_rays rays, inout State state, inout Hit hit) {
     state.phase = TRAVERSE;
 }
 
-// Go on to the near child if any ray needs it, else to the far child. `far` is the node to push, or 0.
+// Go on to the near child if any ray needs it, else to the far child. `far` becomes the node to push, or 0.
 void traverse(Packet_rays rays, inout State state, inout Hit hit) {
     float axis = kd_node_axis(state.node);
     float left = kd_node_left(state.node);
@@ -170,7 +170,7 @@ void restart(inout State state) {
     state.phase = TRAVERSE;
 }
 
-// If no ray is awake in the popped node, pop another.
+// If no ray is awake in the popped node, the phase stays POP.
 void pop(Packet_rays rays, inout State state, inout Hit hit) {
 #if STACK_SIZE > 0
     if (state.node_0 > FREE) {

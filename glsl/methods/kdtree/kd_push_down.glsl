@@ -1,9 +1,9 @@
 // kd-push-down: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007 (survey,
 // section 3.4, Figure 13). As long as a descent needs only one child of each node, this child contains the
-// whole rest of the interval. A restart begins at the last such child, not at the root.
+// whole rest of the ray's interval. A restart begins at the last such child, not at the root.
 //
-// Departure: each restart, not only the first descent, looks for such a child. This is safe because a node
-// that contains the rest of the interval still contains it when the rest shrinks.
+// Departure: each restart, not only the first descent, looks for such a child. This is safe: a node that
+// contains the rest of the interval still contains the rest when it shrinks.
 
 #include "methods/kdtree/kd_common.glsl"
 

@@ -1,4 +1,4 @@
-// A ray begins its search at the root of the kd-tree: replaces kd_entries.glsl.
+// Replaces kd_entries.glsl: a ray begins its search at the root of the kd-tree.
 
 #define BEGIN DOWN
 

@@ -1,12 +1,12 @@
 // kd-ropes: Popov, Günther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High Performance GPU Ray
 // Tracing", Eurographics 2007 (survey, section 3.4, Figures 15 to 17). A leaf holds its box and a rope for
 // each face. By default a rope links to the smallest node that lies behind the face and covers the whole
-// face. A ray leaves the leaf through the face that it meets first and descends from the rope's node.
+// face. A ray leaves the leaf through the face that it meets first, and descends from the rope's node.
 //
 // Departures: the paper compares the point of entry with the planes of the tree. Here the t of the entry is
-// compared with the t of the planes, which come from the same expression as the t of faces. So a point on a
+// compared with the t of the planes. One expression computes the t of planes and faces. So a point on a
 // plane belongs to the side to which the direction points. A ray through an edge or a corner of a leaf
-// crosses one face after the other. Its t never decreases, so no two leaves send it back and forth.
+// crosses one face after the other. Its t never decreases, so no two leaves send the ray back and forth.
 
 #include "methods/kdtree/kd_common.glsl"
 #include "methods/kdtree/ropes.glsl"

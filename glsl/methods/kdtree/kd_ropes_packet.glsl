@@ -1,13 +1,13 @@
 // kd-ropes-packet: Popov, Günther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High Performance GPU
 // Ray Tracing", Eurographics 2007 (survey, section 3.4, Figure 16). Each ray of a packet has its own node
-// and its own t. The packet fetches one node at a time; rays at other nodes wait. A rope of a leaf names
-// the node behind a face of the leaf. By default, ropes are not pushed down into subtrees, so this node is
+// and its own t. The packet fetches one node at a time; rays at other nodes wait. A rope of a leaf leads to
+// the node behind a face of the leaf. By default, ropes are not pushed down into subtrees. So this node is
 // the root of a whole sibling subtree, where rays from different leaves meet again.
 //
-// The packet goes on to the node of the ray with the smallest t, so a leaf that several rays meet is
-// fetched and tested for all of them at once.
+// The packet goes on to the node of the ray with the smallest t. So rays that meet the same leaf usually
+// share its fetch and its tests.
 //
-// Departure: only rays that agree in the signs of their directions walk together, in one turn
+// Departure: only rays that agree in the signs of their directions walk together, in a common turn
 // (drivers/packet_turns.glsl), so that all rays of a turn can leave a box by the same three faces. An
 // option chooses the file behind <triangle_tests> (drivers/triangle_by_ray.glsl or triangle_by_axes.glsl).
 

@@ -1,6 +1,6 @@
 // kd-ropes-packet under the schedule `step`. A ray's place in the tree is its own node and its t_min. The
-// packet carries the node of a ray with the smallest t. packet_steps.glsl and packet_ray.glsl describe the
-// functions.
+// packet's node is the node of the ray with the smallest t_min. packet_steps.glsl and packet_ray.glsl
+// describe the functions.
 
 #include "methods/kdtree/packet_steps.glsl"
 

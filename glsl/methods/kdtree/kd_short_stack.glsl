@@ -1,7 +1,7 @@
 // kd-short-stack: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007
 // (survey, section 3.4, Figure 13). A stack holds up to four far children. A push onto a full stack drops
-// the lowest entry. A ray whose stack is empty restarts at the root, or with PUSH_DOWN at the last node
-// that holds the rest of its interval (see kd_push_down.glsl).
+// the lowest entry. A ray whose stack is empty restarts at the root, or, with PUSH_DOWN, at the last node
+// that contains the rest of its interval (see kd_push_down.glsl).
 //
 // Departure: the entries shift through the components of a vector; the paper's stack is an array with a
 // rotating base.

@@ -1,12 +1,12 @@
-// kd-stack: each ray has a full stack in a local array, as CUDA made possible. Sources: Budge, Anderson,
+// kd-stack: each ray has a full stack in a local array, which CUDA made possible. Sources: Budge, Anderson,
 // Garth, Joy, "A Hybrid CPU-GPU Implementation for Interactive Ray-Tracing of Dynamic Scenes", technical
 // report CSE-2008-9 of UC Davis, and Zhou, Hou, Wang, Guo, "Real-time KD-tree construction on graphics
 // hardware", SIGGRAPH Asia 2008 (survey, section 3.4). By default STACK_SIZE is at least the depth of the
-// tree. With a smaller stack, a ray that overflows it stops and is flagged.
+// tree. With a smaller stack, a ray stops at an overflow and is flagged.
 //
 // The array lives for one pass only. If the renderer's limit on loops makes a second pass necessary, the
-// ray goes on at its present node with an empty stack. When it leaves a leaf with an empty stack, it
-// restarts at the root with the rest of its interval.
+// ray goes on at its present node with an empty stack. If the stack is empty when the ray leaves a leaf,
+// the ray restarts at the root with the rest of its interval.
 
 #include "methods/kdtree/kd_common.glsl"
 

@@ -1,7 +1,7 @@
-// The step of a ray in a kd packet, under the schedule `step`. The ray repeats the last kernel of its
-// packet for its own place in the tree, by the packet's text for a packet of one ray. If the packet is at a
-// triangle, the ray then tests the triangle. The method's file for `step` defines `repeat_traverse`,
-// `repeat_leave` and `store_ray`.
+// Advances a ray of a kd packet by a step of the schedule `step`. The ray repeats the packet's last kernel
+// for its own place in the tree, with the code of a packet of one ray. If the packet is at a triangle, the
+// ray then tests the triangle. The method's file for `step` defines `repeat_traverse`, `repeat_leave` and
+// `store_ray`.
 
 #include <method>
 #include <stepwise>
@@ -9,7 +9,7 @@
 void repeat_kernel() {
     node = packet.from;
     turn = packet.turn;
-    packet.turns |= packet.last == BEGIN ? 1 << turn : 0;   // restore the value before the kernel
+    packet.turns |= packet.last == BEGIN ? 1 << turn : 0;   // restore the value from before the kernel
     load_packet();
     load_ray(0);
     if (packet.last == TRAVERSE) {

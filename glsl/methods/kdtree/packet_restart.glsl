@@ -1,4 +1,4 @@
-// A kd packet without a stack (`stack_size=0`). The packet restarts after each leaf.
+// Replaces packet_short_stack.glsl (`stack_size=0`): a kd packet restarts after each leaf.
 
 void clear_stack() {
 }

@@ -1,4 +1,4 @@
-// A kd packet without a stack carries none between passes: replaces packet_short_stack_steps.glsl.
+// Replaces packet_short_stack_steps.glsl: without a stack, nothing has to be kept between passes.
 
 void clear_packet_stack() {
 }

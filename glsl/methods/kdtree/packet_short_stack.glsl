@@ -1,5 +1,5 @@
-// The short stack of a kd packet: a few far children, each with the end of each ray's interval. A push onto
-// a full stack drops the lowest entry.
+// The short stack of a kd packet: a few far children, each with the ends of the rays' intervals. A push
+// onto a full stack drops the lowest entry.
 
 int stacked;
 int stack_node[STACK_SIZE];

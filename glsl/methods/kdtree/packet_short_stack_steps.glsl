@@ -1,6 +1,6 @@
-// The short stack of a kd packet between passes. The packet's state holds the nodes, and each ray's state
-// the ends of its own intervals. No stack holds the root, so a node of 0 is a free entry. The field
-// `popped` tells the rays how many entries the last kernel popped.
+// Keeps the short stack of a kd packet between passes. The packet's state holds the nodes, and each ray's
+// state holds the ends of its intervals. No stack holds the root, so a node of 0 is a free entry. `popped`
+// tells the rays how many entries the last kernel popped.
 
 int entries(ivec4 nodes) {
     ivec4 used = ivec4(notEqual(nodes, ivec4(0)));

@@ -19,8 +19,8 @@ void clear_packet();
 void load_packet();
 void store_packet();
 
-// The texel of ray r. A ray beyond the edge of the ray textures never enters the tree; its texel is another
-// ray's.
+// The texel of ray r. A ray beyond the edge of the ray textures never enters the tree, so another ray's
+// texel serves.
 ivec2 own_texel(int r) {
     return min(ray_texel(r), ray_texture_size - 1);
 }

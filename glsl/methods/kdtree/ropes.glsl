@@ -1,5 +1,5 @@
-// The three faces through which rays leave a leaf, and their ropes. The rays go down along the axes in
-// `down`, and up along all other axes.
+// Selects the three faces through which rays can leave a leaf, and the ropes of these faces. The rays'
+// coordinates decrease along the axes in `down`.
 
 #include "methods/kdtree/kd.glsl"
 

@@ -1,17 +1,17 @@
-// The pair test of the Ray Engine in the fixed point of its cards (Carr, Hall, Hart 2002): 16 bits in [-8,
-// 8) on the Radeon 8500, 9 bits in [-1, 1] on the GeForce4. Every result is rounded to a multiple of
-// `fixed_step` and kept within the range, so t is coarse, and a ray near an edge may miss both triangles.
+// Tests a ray and a triangle in the fixed point of the Ray Engine's cards (Carr, Hall, Hart 2002): 16 bits
+// in [-8, 8) on the Radeon 8500, 9 bits in [-1, 1] on the GeForce4. Every result is rounded to a multiple
+// of `fixed_step` and clamped to the range. So t is coarse, and a ray near an edge may miss both triangles.
 //
 // Departure: this test is a reconstruction, because the paper's program is not known to this project. We
-// assume that the host scales the scene into the range, and attaches the triangle's unit normal and the
-// unit normals of its edges to each quad. Without these normals, a determinant of small edges would be zero
-// in fixed point. Here the shader computes the normals, in float32. The division stands for the lookup
-// texture by which such a card would divide. u and v are not rounded, because they do not decide which
-// triangle is hit.
+// assume that the host scales the scene into the range, and attaches to each quad the unit normals of the
+// triangle and of its edges. Without these normals, a determinant of small edges would be zero in fixed
+// point. Here the shader computes the normals, in float32. The division replaces the lookup texture with
+// which such a card would divide. u and v are not rounded, because they do not decide which triangle is
+// hit.
 
 #include "core/triangle.glsl"
 
-uniform vec3 fixed_centre;    // of the scene's box
+uniform vec3 fixed_centre;    // centre of the scene's box
 uniform float fixed_scale;    // units of the card per world unit
 uniform float fixed_step;
 uniform float fixed_least;

@@ -1,4 +1,4 @@
-// The Ray Engine's test of a ray with a triangle, in floats: `test_triangle` of core/triangle.glsl.
+// Tests a ray-triangle pair of the Ray Engine in floats, by `test_triangle` of core/triangle.glsl.
 
 #include "core/triangle.glsl"
 

@@ -1,6 +1,6 @@
 #version 330 core
-// Writes the hits of a batch's rays. Each ray tests once more, to get t, u and v, the one triangle that
-// blending or the depth test has left for it (methods/ray_engine/ray_engine.glsl).
+// Writes the hits of a batch's rays. To get t, u and v, each ray tests once more the triangle that blending
+// or the depth test kept for it (methods/ray_engine/ray_engine.glsl).
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Tests a pair of a ray and a triangle, one fragment for each pair: Carr, Hall, Hart 2002 (see
+// Tests one pair of a ray and a triangle in each fragment: Carr, Hall, Hart 2002 (see
 // methods/ray_engine/ray_engine.glsl). Blending or the depth test reduces the fragments of a ray to one
 // result:
 //   `KEEP_NEAREST` writes t. MIN blending keeps the smallest t.

@@ -1,5 +1,5 @@
 #version 330 core
-// Draws a triangle as a quad over rays of a batch: Carr, Hall, Hart 2002 (see
+// Draws a triangle as a quad over a batch's rays: Carr, Hall, Hart 2002 (see
 // methods/ray_engine/ray_engine.glsl).
 
 #include "core/precision.glsl"
@@ -8,7 +8,7 @@
 #include <tables>
 
 in vec4 rectangle;   // lower and upper corner, in rays
-in int row;          // row of the triangle
+in int row;          // row of the triangle table
 uniform vec2 scale;  // clip units per ray
 
 flat out int quad_triangle;

@@ -1,6 +1,6 @@
 #version 330 core
-// Processes the pairs at the end of the traversal, whose nodes are single rays: the ray tests the triangle,
-// and a hit that is nearer than the ray's hit so far is kept.
+// Processes the pairs at the end of the traversal, whose nodes are single rays. The ray tests the triangle,
+// and keeps a hit that is nearer than the ray's hit so far.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

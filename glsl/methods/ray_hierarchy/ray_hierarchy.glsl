@@ -2,11 +2,11 @@
 // using a Ray-Space Hierarchy on the GPU", EGSR 2007 (survey, section 3.6). A node is a sphere around its
 // rays' origins and a cone around their directions. The triangles need no acceleration structure.
 //
-// Departures: a node also holds `reach`, the largest distance that its rays still search. It culls
+// Departures: a node also holds `reach`, the largest distance that its rays still search. `reach` culls
 // triangles behind nearer hits, triangles behind the ends of shadow rays, and all triangles if all rays of
-// the node have ended. The hierarchy is rebuilt after every batch of triangles. Instead of the cone's angle
-// a node holds a chord: the largest distance of a unit direction from the axis. The chord of a parent
-// follows from its children's chords by sums. A cosine would round the angle of a narrow cone to 0.
+// the node have ended. The hierarchy is rebuilt after every batch of triangles. Instead of the cone's
+// angle, a node holds a chord: the largest distance of a unit direction from the axis. Sums of the
+// children's chords give the chord of a parent. A cosine would round the angle of a narrow cone to 0.
 
 #include "methods/ray_hierarchy/cone_units.glsl"
 
@@ -61,8 +61,8 @@ Cone cone_over(Cone children[4]) {
 }
 
 // Whether a ray of the node may hit a triangle in the ball (centre, radius). Let q be the vector from the
-// sphere's centre to the ball's centre, h its part along the axis, w its part across the axis, and s the
-// sum of both radii. The ball must satisfy three conditions:
+// sphere's centre to the ball's centre, h and w the parts of q along and across the axis, and s the sum of
+// both radii. The ball must satisfy three conditions:
 //   w cos a - h sin a <= s   The ball reaches the cone. For each half-angle a up to 180 degrees, the left
 //                            side is at most the distance from the cone.
 //   |q| <= reach + s         The ball reaches the rays' ends.
@@ -70,10 +70,10 @@ Cone cone_over(Cone children[4]) {
 //                            opens forward.
 //
 // Rounding: q has a relative error of U. The errors of h and w are at most UNIT_ERROR * |q|, for an axis
-// with an error of UNIT_ERROR. The error of cos a is 2 U, and sin a has a relative error of 16 U below
-// ALL_DIRECTIONS. The triangle test itself has an error of some tens of unit roundoffs (ARITHMETIC_UNIT)
-// times the distance from origin to corners, at most |q| + s (as in core/slack.glsl). SLACK is more than
-// the sum of these errors. If a value is NaN, the result is true.
+// with an error of UNIT_ERROR. The error of cos a is 2 U, and sin a has a relative error of 16 U for chords
+// below ALL_DIRECTIONS. The triangle test itself has an error of some tens of unit roundoffs
+// (ARITHMETIC_UNIT) times the distance from origin to corners, at most |q| + s (as in core/slack.glsl).
+// SLACK is more than the sum of these errors. If a value is NaN, the result is true.
 const float SLACK = 64.0 * ARITHMETIC_UNIT + 64.0 * U;
 
 bool may_hit(vec4 ball, Cone cone) {

@@ -1,5 +1,5 @@
 #version 330 core
-// Updates the rays after a batch of triangles: each ray tests once more, to get u and v, the nearest
+// Updates the rays after a batch of triangles: to get u and v, each ray tests once more the nearest
 // triangle that blending has found for it.
 
 #include "core/precision.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Passes the number of visits of a node down to its children, where blending adds it to their own visits.
+// Adds the number of visits of a node to the visits of its children, by blending.
 
 #include <records>
 

@@ -1,6 +1,6 @@
 #version 330 core
-// Writes the number of the five-dimensional box in which each ray lies. The host makes each box a list of
-// triangles.
+// Writes the number of the five-dimensional box in which each ray lies. The host lists the triangles for
+// each box.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,11 +1,11 @@
-// The five-dimensional box of a ray: Arvo and Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987
-// (survey, section 5). The largest component of the direction chooses a face of the direction cube; among
-// equal components x comes first, then y (`dominant`). The two other components choose the position on the
-// face.
+// Finds the five-dimensional box of a ray: Arvo and Kirk, "Fast Ray Tracing by Ray Classification",
+// SIGGRAPH 1987 (survey, section 5). The largest component of the direction chooses a face of the direction
+// cube; among equal components x comes first, then y (`dominant`). The two other components choose the
+// position on the face.
 //
-// A ray from outside the scene's box starts where it enters the box. If its origin is so far away that the
-// error of the entry point is larger than the margin of the lists, the ray uses the list of its face, which
-// holds all triangles.
+// A ray from outside the scene's box starts where it enters the box. If the ray's origin is so far away
+// that the error of the entry point is larger than the margin of the lists, the ray uses the list of its
+// face, which holds all triangles.
 
 uniform int origin_cells;
 uniform int direction_cells;

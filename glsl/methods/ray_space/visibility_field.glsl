@@ -5,10 +5,10 @@
 // up the axis and backwards if it goes down, until a candidate begins behind the hit. A ray that crosses
 // the plane beyond all tiles hits nothing.
 //
-// Departure: a beam lists all triangles that a ray of any direction in its cell may meet, in the paper only
-// the triangles that rays of a single sample direction meet. If the origin is so far away that the error of
-// the crossing point is larger than the margin of the beams, the ray uses the list of its axis, which holds
-// all triangles.
+// Departure: a beam lists all triangles that a ray of any direction in its cell may meet. In the paper it
+// lists the triangles that rays of one sample direction meet. If the origin is so far away that the error
+// of the crossing point is larger than the margin of the beams, the ray uses the list of its axis, which
+// holds all triangles.
 
 uniform int directions;
 uniform int tiles;
@@ -43,8 +43,8 @@ int beam_of(Ray ray) {
     return (beam * tiles + int(tile.y)) * tiles + int(tile.x);
 }
 
-// Two bounds on the ray's coordinate along its axis at t, with rounding. A ray passes the earlier bound
-// first.
+// Two bounds on the ray's coordinate along its axis at t, which allow for rounding. A ray passes the
+// earlier bound first.
 float earliest(Ray ray, float t) {
     float at = R(t * permute(ray, ray.direction).z);
     return R(permute(ray, upward(ray) ? ray.hi_origin : ray.lo_origin).z + at);

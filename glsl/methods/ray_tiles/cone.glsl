@@ -4,11 +4,11 @@
 // A cone holds rays o + t d, t >= 0, with |o - apex| <= radius and cos(d, axis) >= cosine. For a point p on
 // such a ray, p - (o - apex) lies in the point cone, the cone of the rays that begin at the apex itself. If
 // a ray meets a sphere, the distance of the sphere's centre from the point cone is at most `radius` plus
-// the sphere's own radius. Let v be centre - apex, h its part along the axis and s its part across the
-// axis. The distance from the centre to the cone's side is s cosine - h sine, which is negative inside the
-// cone. For a centre behind the apex, the distance to the cone is |v|. The paper's test is s <= h tan + r /
-// cos, with s written as |P - H|. Multiplied by the cosine, this inequality becomes the test here, which
-// has no pole at a right angle.
+// the sphere's own radius. Let v be centre - apex, and h and s its parts along and across the axis. The
+// distance from the centre to the cone's side is s cosine - h sine, which is negative inside the cone. For
+// a centre behind the apex, the distance to the cone is |v|. The paper's test is s <= h tan + r / cos, with
+// s written as |P - H|. Multiplied by the cosine, this inequality becomes the test here, which has no pole
+// at a right angle.
 //
 // Departures: the angle of a cone can reject a triangle only if the cone's cosine is above 0. `reach`
 // rejects spheres beyond the ends of all rays. With `lines` the rays also extend backwards (t_min < 0), and
@@ -16,11 +16,11 @@
 //
 // Rounding, in units u = 2^-24. All lengths are divided by the largest component m of v, so |v| <= sqrt(3)
 // and nothing overflows. The error of v is at most 4u, and the axis is within 4u of unit length. So h and s
-// have errors of at most 16u. (s comes from a cross product, which does not cancel squares.) The sine is
-// within 4u of the sine that belongs to the cosine, because 1 - cosine is exact near 1. The products and
-// the difference have errors below 48u. The radii have relative errors below 8u. MARGIN is more than twice
-// the sum. The pass that made the cone has lowered the cosine by the errors of the cosine and of the
-// directions (methods/ray_tiles/tile_cones.frag).
+// have errors of at most 16u. (s comes from a cross product, so no squares cancel.) The sine is within 4u
+// of the sine that belongs to the cosine, because 1 - cosine is exact near 1. The products and the
+// difference have errors below 48u. The radii have relative errors below 8u. MARGIN is more than twice the
+// sum. The pass that made the cone has lowered the cosine by the errors of the cosine and of the directions
+// (methods/ray_tiles/tile_cones.frag).
 
 const float MARGIN = 128.0 * 5.9604645e-8;
 const float TINY = 1e-30;   // below this length, squares of components underflow
@@ -29,7 +29,7 @@ float largest_size(vec3 v) {
     return max(max(abs(v.x), abs(v.y)), abs(v.z));
 }
 
-// An upper bound on the length of a vector, also if squares of its components underflow or overflow.
+// An upper bound on the length of a vector, even if squares of its components underflow or overflow.
 float length_above(vec3 v) {
     float m = largest_size(v);
     return m < TINY ? 2.0 * m : m * (length(v / m) * (1.0 + 1e-6));

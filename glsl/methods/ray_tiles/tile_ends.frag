@@ -1,7 +1,7 @@
 #version 330 core
-// Computes the farthest end of a tile's rays: how far they still search. A ray ends at its nearest hit in
-// the batches of triangles so far; under ANY_HIT a ray with a hit no longer searches. LONGER and FURTHER
-// lengthen t, which storage or arithmetic in a narrow format may have shortened.
+// Computes how far the rays of a tile still search. A ray ends at its nearest hit among the batches of
+// triangles so far; under ANY_HIT a ray with a hit no longer searches. LONGER and FURTHER lengthen t, which
+// storage or arithmetic in a narrow format may have shortened.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -13,7 +13,7 @@
 #include "core/phase.glsl"
 
 uniform int steps;         // number of batches of triangles that were drawn
-uniform bool cut_short;    // the step cap stopped the search before the last batch
+uniform bool cut_short;    // whether the step cap stopped the search before the last batch
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);

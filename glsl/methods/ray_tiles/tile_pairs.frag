@@ -1,10 +1,10 @@
 #version 330 core
-// A ray of a tile tests the triangle whose quad is drawn over the tile.
+// Tests a ray of a tile against the triangle whose quad covers the tile.
 //
 // In the first draw MIN blending keeps the nearest t. In the second draw, with `equal`, triangles at
-// exactly this t write their index, and MIN blending keeps the lowest. The same program serves both draws,
-// so t cannot differ. Under ANY_HIT there is only the first draw, and it writes an index. With COUNTING,
-// additive blending counts the quads and the triangle tests.
+// exactly this t write their index, and MIN blending keeps the lowest index. The same program serves both
+// draws, so t cannot differ. Under ANY_HIT there is only the first draw, and it writes an index. With
+// COUNTING, additive blending counts the quads and the triangle tests.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,10 +1,10 @@
 #version 330 core
 // Draws a pair of a triangle and a tile of rays as the tile's square. If no ray of the tile can meet the
 // triangle, the square moves outside the image, so the fragment stage sees only the pairs that pass.
-// Triangles stream through in their order, each once for each tile.
+// Triangles are drawn in their order, each triangle once for each tile.
 //
 // With `equal` (the second draw), triangles beyond the ends of the rays are not rejected. A very small t
-// loses bits and may be less than the distance to its triangle, which the second draw must find.
+// loses bits and may fall short of its triangle. A rejection by t would then lose this triangle.
 //
 // Departure: with POINTS the square is a point as large as the tile. For a point this program runs once for
 // each pair, and for a quad four times.
@@ -16,7 +16,7 @@
 #include "methods/ray_tiles/cone.glsl"
 
 uniform int first_triangle;
-uniform bool equal;       // as in the fragment program
+uniform bool equal;       // whether this is the second draw
 uniform ivec2 tiles;      // number of tiles across and down
 
 flat out int triangle;

@@ -1,6 +1,6 @@
 #version 330 core
-// Computes the middle of a tile's origins and the mean of its directions, for the pass that puts a cone
-// around them (methods/ray_tiles/tile_cones.frag). Any middle gives a correct cone, because that pass
+// Computes the middle of a tile's origins and the mean of its directions. The next pass puts a cone around
+// the rays (methods/ray_tiles/tile_cones.frag). Any middle gives a correct cone, because the next pass
 // measures the rays from it. 0.5 * lo + 0.5 * hi is finite even if hi - lo overflows.
 
 #include "core/precision.glsl"

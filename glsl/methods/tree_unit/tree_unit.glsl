@@ -1,15 +1,15 @@
 // tree-unit: the tree traversal that the survey proposes for hardware (section 5, "Ray Tracing Hardware
-// Architecture"): one traversal for kd-trees and BVHs, in which a programmable criterion chooses the
-// children of a node. The survey gives no details; the details here are the project's own.
+// Architecture"). One traversal serves kd-trees and BVHs; a programmable criterion chooses the children of
+// a node. The survey gives no details; the details here are the project's own.
 //
 // The option `criterion` chooses the file behind <criterion>. The file defines three functions. `choose`
 // gives the intervals in which the ray searches the two children of a node; an interval (x, y) is empty if
-// x > y. `interval_in` gives the interval of the ray in a node's box. `is_settled` tells whether no node
+// x > y. `interval_in` gives the interval of the ray in a node's box. `is_settled` says whether no node
 // beyond the present leaf can hold a nearer hit.
 //
-// This file handles links, leaves and the way back to parents. A stack would not fit all schedules, so a
-// ray climbs one parent per step, as in kd-backtrack (Foley and Sugerman 2005). From a near child the ray
-// goes to the far sibling if it meets the sibling's box before its nearest hit.
+// This file handles links, leaves and the way back to parents. A stack would not work under all schedules,
+// so a ray climbs one parent per step, as in kd-backtrack (Foley and Sugerman 2005). From a near child, the
+// ray goes to the far sibling if the ray meets the sibling's box before its nearest hit.
 
 #include "core/axis.glsl"
 

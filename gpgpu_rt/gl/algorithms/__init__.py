@@ -1,1 +1,1 @@
-"""Scan, sort, reduction and compaction of streams by fragment passes."""
+"""Scan, sort, reduce and compact streams by fragment passes."""

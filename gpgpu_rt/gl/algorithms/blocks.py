@@ -1,10 +1,10 @@
 """Stream reduction by blocks: removes elements from a stream and closes the gaps.
 
-D. Roger, U. Assarsson, N. Holzschuch, "Efficient Stream Reduction on the GPU", 2007 (survey,
-section 3.6). A block has a constant number s of elements. A line of texels is drawn at each
-block's final position; each fragment of the line finds its element in the block in log s steps.
-The scan runs over the blocks' totals alone. `compact` instead scans all n elements, and finds each
-element in log n steps.
+D. Roger, U. Assarsson, N. Holzschuch, "Efficient Stream Reduction on the GPU", 2007 (section 3.6
+of Hachisuka's survey). A block has a constant number s of elements. A line of texels is drawn at
+each block's final position; each fragment of the line finds its element in the block in log s
+steps. The scan runs over the blocks' totals alone. `compact` instead scans all n elements, and
+finds each element in log n steps.
 """
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def reduce_children(room: StreamRoom, children: Stream, count: int, pair: Record
     Parameters
     ----------
     pair : the record of a pair; an element of ``children`` holds up to four pairs
-    into : a stream for the pairs; one that is too short is replaced by a new stream
+    into : a stream for the pairs; if it is too short, a new stream replaces it
     """
     defines = {"CHILDREN": True}
     ranks, starts, kept = _ranks(room, children, count, defines)
@@ -76,7 +76,7 @@ def _ranks(room: StreamRoom, source: Stream, texels: int, defines: Mapping[str, 
 
 def _segments(room: StreamRoom, target: Stream, source: Stream, ranks: Stream, starts: Stream,
               defines: Mapping[str, object]) -> None:
-    """Draw each block's line (two lines across the end of a row). Drop ranks and starts."""
+    """Draw each block's line (two lines if it crosses the end of a row). Drop ranks, starts."""
     target.framebuffer.viewport = (0, 0, 2 * TABLE_WIDTH, rows_of(target.length))
     room.scatter("algorithms/segments", target, [source, ranks, starts], 4 * (starts.length - 1),
                  mode=moderngl.LINES, defines={"BLOCK": BLOCK, **defines}, texels=ranks.length)

@@ -1,4 +1,4 @@
-"""Reduction: the sum, minimum or maximum of a stream, in log n passes."""
+"""Reduction: computes the sum, minimum or maximum of a stream, in log n passes."""
 from __future__ import annotations
 
 from .records import VALUES

@@ -1,4 +1,4 @@
-"""Scan: prefix sums, the first step of stream reduction and partition."""
+"""Scan: computes prefix sums, the first step of stream reduction and partition."""
 from __future__ import annotations
 
 from .records import VALUES
@@ -10,9 +10,9 @@ def scan(room: StreamRoom, values: Stream) -> Stream:
     """Return the exclusive prefix sums, n + 1 elements called "sums". The last sum is the total.
 
     Make levels upwards: an element of a level is the sum of a block of the level below. Then
-    compute prefix sums downwards (G. Blelloch, "Prefix Sums and Their Applications", 1990), each
-    from the sum of all earlier blocks, known from the level above, and the sum inside its block.
-    Sums are exact if they are integers up to 2^24.
+    compute prefix sums downwards (G. Blelloch, "Prefix Sums and Their Applications", 1990): to the
+    sum of all earlier blocks, known from the level above, add the sum inside the block. Sums are
+    exact if they are integers up to 2^24.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Sort: a stream of keys in ascending order, by bitonic merges."""
+"""Sort: sorts a stream of keys in ascending order, by bitonic merges."""
 from __future__ import annotations
 
 from .records import SORT_KEY
@@ -9,8 +9,8 @@ def sort(room: StreamRoom, keys: Stream) -> Stream:
     """Return the keys (SORT_KEY) in the order of hi, lo and index, for any number of keys.
 
     The sort is stable if indices ascend. For n keys and k = ceil(log2 n), it takes k (k + 1) / 2
-    steps, two per pass. Passes draw alternately into ``keys`` and another stream, and the stream
-    without the result is dropped.
+    steps, two per pass. Passes draw alternately into ``keys`` and another stream; at the end, the
+    stream without the result is dropped.
     """
     now, spare = keys, room.stream(SORT_KEY, keys.length)
     steps = flips(keys.length)
@@ -22,8 +22,8 @@ def sort(room: StreamRoom, keys: Stream) -> Stream:
 
 
 def flips(length: int) -> list[int]:
-    """Return an integer for each step: its set bits are those in which the indices of compared
-    elements differ."""
+    """Return an integer for each step. In its set bits, the indices of two compared elements
+    differ."""
     merged, result = 1, []
     while merged < length:
         result.append(2 * merged - 1)          # mirror a block of two sorted halves

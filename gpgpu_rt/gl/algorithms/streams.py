@@ -1,9 +1,9 @@
 """Streams: lists of records in textures, and the passes that read streams and draw a stream.
 
-A stream, a term of 2002-2007, has element i at texel i, in rows of TABLE_WIDTH texels. A pass runs
-a fragment program once per element. The program can read any other element i, at
-``table_texel(i)`` (gather). To scatter, a pass draws points: the vertex stage reads an element and
-chooses the texels of its points.
+A stream (a term of 2002-2007) has element i at texel i, in rows of TABLE_WIDTH texels. A pass runs
+a fragment program once per element. The program can read any element i, at ``table_texel(i)``
+(gather). To scatter, a pass draws points: the vertex stage reads an element and chooses the texels
+of its points.
 """
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class StreamRoom:
 
         Parameters
         ----------
-        reads : the streams that the program reads; of several with one name, only the first
+        reads : the streams that the program reads; among streams of one name, only the first
         """
         count = target.length - first if count is None else count
         if count <= 0:
@@ -135,7 +135,7 @@ class StreamRoom:
                 mode: int = moderngl.POINTS, defines: Mapping[str, object] | None = None,
                 **uniforms: object) -> None:
         """Draw points or lines into the texels that the program's vertex stage chooses. The
-        current blending combines several points in a texel."""
+        current blend mode combines several points in a texel."""
         if vertices <= 0:
             return
         records, samplers = _sources(reads, target.record)

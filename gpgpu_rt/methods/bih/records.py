@@ -7,7 +7,7 @@ BIH_NODE = Record("bih_node", "left_hi right_lo axis:int child:int")
 """A node: the end of its left child (`left_hi`) and the start of its right child (`right_lo`)
 along `axis`, which is 3 for a leaf.
 
-`child` is an inner node's left child, which its right child follows, or a leaf's first
+`child` is an inner node's left child (the right child is the next node), or a leaf's first
 triangle."""
 
 BIH_BOUNDS = Record("bih_bounds", "lo:vec3 parent:int | hi:vec3 side:int")

@@ -22,8 +22,8 @@ from ...accel.runs import expand, owners, run_starts
 from ...accel.sound import alike, are_pairs, each_once, named
 
 LEAF = 3            # the axis of a leaf
-# The most halvings of an axis between a node and its child. Scaled centres lie between -1 and 1
-# and are multiples of 2^-149, so about 150 halvings separate any two different centres.
+# Limit on the halvings of an axis between a node and its child. Scaled centres lie between -1 and
+# 1 and are multiples of 2^-149, so about 150 halvings separate any two different centres.
 HALVINGS = 160
 
 
@@ -98,8 +98,8 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
     ----------
     triangles : (n, 3, 3) float32, world units
     max_leaf : the largest number of triangles in a leaf
-    max_depth : limit on the depth, but at least ceil(log2 n). A node whose subtree could exceed
-        the limit is split into halves of equally many triangles
+    max_depth : limit on the depth; a limit below ceil(log2 n) acts as ceil(log2 n). A node whose
+        subtree could exceed the limit is split into halves of equally many triangles
 
     Raises
     ------
@@ -146,7 +146,7 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
 
 def _spread(middle: np.ndarray, order: np.ndarray,
             starts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The lowest and highest box centre of each run of triangles, (3, k) float64 each."""
+    """The lowest and highest box centres of k runs of triangles, (3, k) float64 each."""
     where = [middle[a][order] for a in range(3)]
     return tuple(np.stack([bound.reduceat(w, starts) for w in where]).astype(np.float64)
                  for bound in (np.minimum, np.maximum))
@@ -216,8 +216,8 @@ class _BihNodes:
 
     def split(self, axis: np.ndarray, order: np.ndarray, starts: np.ndarray,
               left: np.ndarray) -> None:
-        """Set axes and planes of the last level's inner nodes; `left` marks their left triangles.
-        """
+        """Set axes and planes of the last level's inner nodes; `left` marks triangles of left
+        children."""
         first, _, _, axes, left_hi, right_lo = self.levels[-1]
         inner = np.flatnonzero(first >= 0)
         along = axis[np.repeat(np.arange(len(starts)), np.diff(starts, append=len(order)))]

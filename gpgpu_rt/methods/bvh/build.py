@@ -37,7 +37,7 @@ def build_bvh(triangles: np.ndarray, *, build: str = "sah", reinsertion: int = 0
     build : "sah", "kay-kajiya", "goldsmith-salmon", "lbvh" or "hybrid"
     reinsertion : number of rounds in which subtrees move to places where they cost less
         (`reinsertion.py`); leaves of several triangles are made afterwards
-    most_nodes : limit on the number of nodes, kept by larger leaves
+    most_nodes : limit on the number of nodes; a tree with more nodes gets larger leaves
     options : options of the builder: see `sah.build`, `median.build`, `insertion.build`,
         `lbvh.build`, `hybrid.build`
 

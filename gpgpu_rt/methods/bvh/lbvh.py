@@ -67,7 +67,7 @@ def morton_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> np.ndarray:
     with np.errstate(all="ignore"):
         per_unit = cells / (centre.max(axis=1, keepdims=True) - low)
         place = (centre - low) * per_unit
-    # Use the first cell only if an extent is zero or its inverse overflows.
+    # Along an axis whose extent is zero or has no finite inverse, use the first cell.
     place[(per_unit > 3e38)[:, 0]] = 0
     cell = place.astype(np.int64).clip(0, (1 << bits) - 1) << (AXIS_BITS - bits)
     return morton_3d(*cell)
@@ -102,7 +102,7 @@ class RadixTree:
         total = 3 * AXIS_BITS + SLOT_BITS
         differ = key[:-1] ^ key[1:]
         # Find the first differing bit by the exponent of a float64, which holds 53 bits. `differ`
-        # has up to 54, so shift it right by one bit.
+        # has up to 54 bits, so shift it right by one bit.
         bits = total - 1 - np.frexp((differ >> 1).astype(np.float64))[1]
         below = (np.int64(1) << (total - bits)) - 1
         return RadixTree(np.searchsorted(key, key[:-1] & ~below),

@@ -1,8 +1,8 @@
 """Median build: halve the triangles, sorted by centroid, until each leaf has a single triangle.
 
-T. L. Kay, J. T. Kajiya, "Ray tracing complex scenes", SIGGRAPH 1986, section 4, as Thrane and
-Simonsen (2005) used it for binary trees of axis-aligned boxes. Kay and Kajiya cycle through the
-axes (`axis="cycle"`). The default splits along the axis with the largest extent of centroids.
+T. L. Kay, J. T. Kajiya, "Ray tracing complex scenes", SIGGRAPH 1986, section 4. Thrane and
+Simonsen (2005) built binary trees of axis-aligned boxes like this. Kay and Kajiya cycle through
+the axes (`axis="cycle"`). The default splits along the axis with the largest extent of centroids.
 """
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .tree import LooseTree
 
 
 def build(triangles: np.ndarray, *, axis: str = "longest", **unknown: object) -> LooseTree:
-    """Build by median splits: n leaves of one triangle below ceil(log2 n) levels.
+    """Build by median splits: n leaves of one triangle, depth ceil(log2 n).
 
     axis : "longest" or "cycle"
     """

@@ -1,4 +1,4 @@
-"""Octant copies: eight copies of a tree, each front to back for the rays of one octant."""
+"""Octant copies: makes eight copies of a tree, each front to back for the rays of an octant."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -23,8 +23,8 @@ class OctantCopies:
 
     Copy o is for directions whose component a is negative if and only if bit a of o is set.
 
-    Small subtrees may be shared: stored once, behind the copies and in the tree's own order. Each
-    copy holds only a shared subtree's root, called the portal.
+    Small subtrees may be shared: stored once, behind the copies and in the tree's own order. In
+    each copy, only the root of a shared subtree remains, called the portal.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class OctantCopies:
         Parameters
         ----------
         met_anyway : drop an inner node, and move its children up, if more than this share of the
-            rays that hit its nearest kept ancestor also hit the node. 1 drops no node
+            rays that hit its nearest kept ancestor also hit the node; 1 drops no node
         shared_subtrees : store a subtree of at most this many nodes once for all copies
 
         Raises

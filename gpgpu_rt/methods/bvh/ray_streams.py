@@ -29,9 +29,9 @@ class RayStreams(MethodDriver):
     """Runs `bvh-packet` with the option ``streams``; see ``Driver``.
 
     An element is a pair of a ray and a node. All waiting elements form one stream, which is used
-    as a stack. A pass pops the last ``stream_size`` elements, and each ray tests both children of
-    its node. The pass pushes the far children first, so near children are popped first. At leaves,
-    rays test triangles. If too few elements wait, further rays start at the root.
+    as a stack. A pass pops the last ``stream_size`` elements, and each element's ray tests both
+    children of its node. The pass pushes far children first, so near children are popped first. At
+    leaves, rays test triangles. If too few elements wait, further rays start at the root.
 
     Between two passes, the stream holds at most ``stream_size`` elements per level of the tree:
     pushed elements are one level deeper than popped elements.
@@ -95,7 +95,7 @@ class RayStreams(MethodDriver):
 
     def _filter(self, rays: RayTextures, hits: Target, first: int, count: int,
                 any_hit: bool) -> int:
-        """Move ``count`` elements from ``first`` on down one level. Return the number pushed."""
+        """Replace ``count`` elements, from ``first``, by entered children. Return their number."""
         self.lengths.append(count)
         tally = [TALLY] if self.tallied else []
         self._draw("stream_visit", ("visited", "values"),

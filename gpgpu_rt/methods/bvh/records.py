@@ -73,7 +73,7 @@ TALLY = Record("tally", COUNTERS.layout)
 """A ray's counters so far, summed by blending."""
 
 SHARED_WAY_OUT = "after:int"
-"""An additional field: the node at which a ray goes on after its present shared subtree; -1
+"""An additional field: the node at which a ray goes on after the shared subtree that it is in; -1
 outside shared subtrees."""
 
 PACKET_SHARED_STATE = replace(PACKET_STATE, layout=f"{PACKET_STATE.layout} {SHARED_WAY_OUT}")

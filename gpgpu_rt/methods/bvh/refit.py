@@ -1,12 +1,12 @@
 """Refitting: fit the boxes of a hierarchy to triangles that moved, and keep the tree.
 
 I. Wald, S. Boulos, P. Shirley, "Ray tracing deformable scenes using dynamic bounding volume
-hierarchies", ACM TOG 26(1), 2007. Refitting goes from the leaves up, but the boxes overlap more
-and more. The tracer therefore rebuilds the tree when its cost by the surface area heuristic
+hierarchies", ACM TOG 26(1), 2007. Refitting fits the boxes from the leaves up, but they overlap
+more and more. The tracer therefore rebuilds the tree when its cost by the surface area heuristic
 exceeds `rebuild_ratio` times the cost after the last build. The default is 1.4, because C.
 Lauterbach, S.-E. Yoon, D. Tuft, D. Manocha, "RT-DEFORM", 2006, rebuild when their measure has
-grown by 40 %. The cost is relative to the root's area, so it may not rise if triangles fly apart;
-then choose a lower `rebuild_ratio`.
+grown by 40 %. The cost is relative to the root's area, so it may not rise if triangles fly apart.
+In this case choose a lower `rebuild_ratio`.
 """
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ class Refitter:
                    [(nodes, left[nodes], right[nodes]) for nodes in reversed(levels)])
 
     def refit(self, bvh: Bvh, triangles: np.ndarray) -> Bvh:
-        """The tree with its boxes fitted to the same number of moved triangles, (n, 3, 3) float32.
-        """
+        """The tree with boxes fitted to the moved ``triangles``, (n, 3, 3) float32, in the same
+        order."""
         if not len(self.leaves):
             return bvh
         box_lo, box_hi = triangle_boxes(triangles.take(bvh.order, axis=0))

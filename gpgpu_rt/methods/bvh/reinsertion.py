@@ -1,16 +1,16 @@
 """Reinsertion: remove subtrees of a finished tree and insert them where they cost least.
 
 D. Meister, J. Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization", CGF
-37(2), 2018. The roots of all subtrees search for their best place at once. A place is a node: if a
-subtree moves there, a new inner node gets the two children place and subtree. The gain of a move
-is the decrease of the sum of all inner nodes' areas. A move is not made if it conflicts with a
-move of greater gain.
+37(2), 2018. All subtrees search for their best places at once. A place is a node. A move replaces
+the place by a new inner node with two children: the place and the subtree. The gain of a move is
+the decrease of the sum of all inner nodes' areas. A move is not made if it conflicts with a move
+of greater gain.
 
 As in the paper, the search goes from ancestor to ancestor. Departures: from each ancestor, the
 search goes down level by level, because numpy processes many nodes at once. Subtrees whose move
 was in conflict search again in the same round. Two moves conflict only if they change the links of
 the same node, or if one would put its subtree into the subtree of the other. If the moves together
-gain nothing, only the better half is made.
+gain nothing, only the half with the greater gains is made.
 """
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class _Tables:
     ----------
     left, right, parent : (n,) int32, the children and the parent of each node, or -1
     box : (n, 6) float32, the negated lower corner and the upper corner of each node's box, so that
-        a maximum joins boxes; relative to the scene's centre, in units of its largest side
+        a maximum joins boxes; relative to the scene's centre, in units of the scene's largest side
     area : (n,) float32, half of each box's surface area
     """
 
@@ -113,7 +113,7 @@ class _Tables:
         parent, area, box = self.parent, self.area, self.box
         moves = _Moves(nodes, np.full(len(nodes), -1, np.int32), parent[nodes],
                        np.zeros(len(nodes), np.float32))
-        pivot = parent[nodes]           # the present ancestor; search below its other child
+        pivot = parent[nodes]           # the current ancestor; search below its other child
         sibling = self._sibling(nodes)
         beside = box[sibling]           # the pivot's box without the subtree
         freed = area[pivot]             # area that the removal saves in the nodes up to the pivot
@@ -140,7 +140,7 @@ class _Tables:
         Parameters
         ----------
         which : (k,) int, indices of moves, ascending; an index may occur several times
-        pivot : (m,) int, the present ancestor of each move
+        pivot : (m,) int, the current ancestor of each move
         place : (k,) int, a place for each entry of `which`
         left_over : (k,) float32, the area that the subtree's removal saves, minus the area by
             which the nodes between pivot and place grow
@@ -172,7 +172,7 @@ class _Tables:
     # The moves ---------------------------------------------------------------------------------
 
     def _without_conflict(self, moves: _Moves) -> np.ndarray:
-        """Mark moves of which no two conflict, (m,) bool. `moves` is in ascending order of gain.
+        """Mark a set of moves without conflicts, (m,) bool. `moves` is in ascending order of gain.
         """
         rank = np.arange(len(moves.node), dtype=np.int32)
         links = self._links(moves)
@@ -200,10 +200,10 @@ class _Tables:
                 self.parent[moves.place])
 
     def _make(self, moves: _Moves, made: np.ndarray) -> None:
-        """Make the moves that ``made``, (m,) bool, marks; at the end it marks the moves made.
+        """Make the moves that ``made``, (m,) bool, marks. Unmark the moves that are undone.
 
-        While the moves together do not lower the cost, undo them and make only the better half. A
-        single move is made in any case.
+        While the moves together do not lower the cost, undo them and make only the half with the
+        greater gains. A single move is made in any case.
         """
         before = [values.copy() for values in (self.left, self.right, self.parent)]
         cost = self.cost

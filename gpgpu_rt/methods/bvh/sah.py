@@ -1,4 +1,4 @@
-"""SAH build: a bounding volume hierarchy by the surface area heuristic (SAH), with bins.
+"""SAH build: builds a bounding volume hierarchy by the surface area heuristic (SAH), with bins.
 
 As in I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007, equal bins
 divide the range between the outermost centroids. In nodes with few triangles, every split between
@@ -20,7 +20,7 @@ from .top_down import TriangleLevel
 from .tree import MAX_LEAF, LooseTree
 
 FEW = 12                        # nodes of at most this many triangles are swept
-# The largest number of triangles of a node in each group of nodes that are swept together.
+# Nodes of similar size are swept together. Each number is the size of a group's largest node.
 FEW_SIZES = (2, 3, 4, 6, 8, FEW)
 ITEM_CHUNK = 1 << 17            # approximate number of triangles that are binned together
 
@@ -35,8 +35,8 @@ def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = MAX_LEAF,
     ----------
     bins : number of bins along each axis
     traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit
-    max_depth : limit on the depth, but at least ceil(log2 n). A node whose subtree could exceed
-        the limit is split at the median triangle
+    max_depth : limit on the depth; a limit below ceil(log2 n) acts as ceil(log2 n). A node whose
+        subtree could exceed the limit is split at the median triangle
     """
     refuse_unknown(build, unknown)
     return top_down.build(triangles, splitter(

@@ -1,4 +1,4 @@
-"""The node tables of the BVH family.
+"""Tables: fills the node tables of the BVH family.
 
 When boxes change, only the boxes of a table are written again. ``Threads`` has nodes with escape
 indices, in one order, or in an order for each direction octant. ``Pairs`` has inner nodes with the
@@ -51,8 +51,8 @@ class Threads:
 
     def __init__(self, bvh: Bvh, options: Options) -> None:
         nodes, self.stack_levels = len(bvh.escape), 0
-        # `source` is the tree's node of each record. `reversed`, (k, 3) bool, marks the axes along
-        # which the octant's rays go backward: `lo` and `hi` are exchanged there.
+        # `source` is the tree's node of each record. `reversed`, (records, 3) bool, marks the axes
+        # along which the octant's rays go backward: `lo` and `hi` are exchanged there.
         self.source, self.reversed = np.arange(nodes, dtype=np.int32), None
         self.links = _links(bvh.escape, bvh.first, bvh.count, 0)
         if options["octants"]:
@@ -98,8 +98,8 @@ class Threads:
     def _corner(self, met: np.ndarray, other: np.ndarray) -> Column:
         """A corner of each record's box.
 
-        The corner comes from ``met``, (n, 3), and along the axes that ``reversed`` marks, from
-        ``other``.
+        The corner comes from ``met``, (n, 3); along the axes that ``reversed`` marks, it comes
+        from ``other``.
         """
         def make(rows: slice) -> np.ndarray:
             source = self.source[rows]     # `take` is several times as fast as indexing

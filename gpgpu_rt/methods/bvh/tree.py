@@ -105,7 +105,7 @@ class LooseTree:
                                                       most_nodes))
 
     def with_leaves(self, triangles: np.ndarray, max_leaf: int) -> LooseTree:
-        """Make subtrees of at most `max_leaf` triangles leaves where the SAH cost does not rise.
+        """Turn subtrees of at most `max_leaf` triangles into leaves if the SAH cost does not rise.
 
         A node and a triangle both cost 1.
         """

@@ -1,7 +1,7 @@
-"""Image boxes: an image tree's boxes on the host, and front-to-back links made from them.
+"""Image boxes: computes an image tree's boxes on the host, and front-to-back links from them.
 
 Traversal reads boxes that fragment passes compute. When positions change, the links stay valid,
-but perhaps in a worse order.
+but their order may become worse.
 """
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ class Deformation:
 
     Parameters
     ----------
-    tracer : a tracer of the method geometry-image. Its present positions become the rest positions
+    tracer : a tracer of the method geometry-image. Its current positions become the rest positions
     program : "wave", "twist", the path of a GLSL file, or GLSL text. The GLSL defines ``vec3
         deform(vec3 rest, float time)`` in world units
 
@@ -119,7 +119,7 @@ class Deformation:
         return accelerator, scene.bounds, (scene, stored)
 
     def release(self) -> None:
-        """Free programs and textures. The tracer keeps its present positions."""
+        """Free programs and textures. The tracer keeps its current positions."""
         with self.tracer.gpu:
             release(self._pass, self._target, self._rest)
 

@@ -28,7 +28,7 @@ class Pyramid:
 
     Parameters
     ----------
-    levels : (k + 1,), the first node of each level from the finest on, then the number of nodes
+    levels : (k + 1,), the first node of each of k levels, finest first; then the number of nodes
     precision : the number formats of the tables
     """
 

@@ -1,4 +1,4 @@
-"""Image tree: quadtrees over the cells of a geometry image, with links (Carr et al. 2006).
+"""Image tree: builds quadtrees over a geometry image's cells, with links (Carr et al. 2006).
 
 A chart is a rectangle of texels, which hold positions. A cell is a quad between 2 x 2 neighbouring
 texels. The tree depends only on the sizes of the charts and on the level of detail. If positions
@@ -91,7 +91,7 @@ class ImageTree:
         return at
 
     def without_area(self, triangles: np.ndarray) -> np.ndarray:
-        """Whether each triangle, as `shrink_flat` leaves it, has no area, (n,) bool."""
+        """Whether each triangle has no area, (n,) bool. `shrink_flat` must have run before."""
         v0, v1, v2 = triangles.transpose(1, 2, 0)    # faster one axis at a time
         return np.logical_and.reduce([v0[a] == v[a] for v in (v1, v2) for a in range(3)])
 
@@ -113,8 +113,8 @@ class _Cells:
     corner : (c,), the first texel of each cell
     width : the distance in texels between rows
     face : (c,), the first face of each cell
-    rows_left, columns_left : (c,), the number of cells from each cell on, to the end of its
-        column, and to the end of its row
+    rows_left, columns_left : (c,), the number of rows from each cell to the end of its column, and
+        of columns to the end of its row, each including the cell
     """
 
     code: np.ndarray

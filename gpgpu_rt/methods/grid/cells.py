@@ -3,9 +3,9 @@
 T. J. Purcell, I. Buck, W. R. Mark, P. Hanrahan, "Ray tracing on programmable graphics hardware",
 SIGGRAPH 2002. A cell lists a triangle only if the triangle, not just its box, overlaps the cell.
 The build tests overlap by separating axes (T. Akenine-Moeller, "Fast 3D triangle-box overlap
-testing", 2001). In each column, a line of cells along the dominant axis of the triangle's normal,
-the build first finds the cells that the triangle's plane crosses. It then tests the triangle's
-edges in the three projections along the axes. Cells are widened by `bounds.padding`.
+testing", 2001). A column is a line of cells along the dominant axis of the triangle's normal. In
+each column, the build first finds the cells that the triangle's plane crosses. It then tests the
+triangle's edges in the three projections along the axes. Cells are widened by `bounds.padding`.
 """
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ MOST_REFERENCES = 1 << 27           # 0.5 GiB of int32
 # An automatic resolution is halved while the grid holds more references than this number times the
 # number of triangles, plus 4096.
 USUAL_REFERENCES = 64
-# Smallest side of a cell, in units of the padding. In smaller cells, the padding would list many
-# triangles that do not overlap the cell.
+# Smallest side of a cell, in units of the padding. Because of the padding, smaller cells would
+# list many triangles that do not overlap the cell.
 FINEST_CELL = 8
 CHUNK = 1 << 18                     # columns in a chunk; a chunk of cells is four times as large
 
@@ -198,7 +198,7 @@ class Shapes:
 
     def plane_range(self, triangle: np.ndarray,
                     cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The first cell and the number of cells in a column that the triangle's plane crosses."""
+        """The cells of a column that the triangle's plane crosses: the first, and their number."""
         normal, axis, row = self.normal[triangle], self.axis[triangle], np.arange(len(triangle))
         first, count = self.first[triangle, axis], self.cell_count[triangle, axis]
         along = normal[row, axis]
@@ -217,7 +217,7 @@ class Shapes:
         return low, np.maximum(high - low + 1, 0)
 
     def overlap(self, triangle: np.ndarray, cell: np.ndarray) -> np.ndarray:
-        """Whether triangles, (m,), overlap cells, (m, 3), if their boxes overlap the cells."""
+        """Whether triangles, (m,), overlap cells, (m, 3), given that their boxes do."""
         low, height = self.plane_range(triangle, cell)
         up = cell[np.arange(len(cell)), self.axis[triangle]]
         found = (up >= low) & (up < low + height)

@@ -1,4 +1,4 @@
-"""Proximity cloud: each cell's distance, in cells, to the nearest occupied cell of a grid.
+"""Proximity cloud: finds each cell's distance, in cells, to the nearest occupied cell of a grid.
 
 F. Karlsson, C. J. Ljungstedt, "Ray tracing fully implemented on programmable graphics
 hardware", Chalmers, 2004, after D. Cohen, Z. Sheffer, "Proximity clouds", The Visual Computer
@@ -17,7 +17,7 @@ def proximity_cloud(grid: Grid) -> np.ndarray:
 
     Returns
     -------
-    (cells,) int32, 0 for a cell with references; if all are empty, the grid's largest resolution
+    (cells,) int32, 0 for a cell with references; in an empty grid, the grid's largest resolution
     """
     rx, ry, rz = (int(r) for r in grid.resolution)
     far = np.int32(max(rx, ry, rz))
@@ -25,7 +25,7 @@ def proximity_cloud(grid: Grid) -> np.ndarray:
     distance = np.where(occupied, np.int32(0), far).reshape(rz, ry, rx)
     # Propagate distances along x, then y, then z. After each axis, the distances are exact for
     # paths along the axes processed so far. A step along one axis may also move one cell along
-    # each other axis, and still counts as one step.
+    # every other axis, and still counts as one step.
     for axis in (2, 1, 0):
         older = [other for other in range(axis + 1, 3)]
         before = distance.copy()

@@ -1,4 +1,4 @@
-"""The build options of all kd-tree methods, and `built_kdtree`, which builds a tree with them."""
+"""The build options of all kd-tree methods, and the function that builds a tree by the options."""
 from __future__ import annotations
 
 import functools

@@ -127,7 +127,7 @@ def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTre
 
 
 def middle_of(prefix: np.ndarray, depth: int, bits: int) -> np.ndarray:
-    """The lattice plane, an index across axis ``depth`` % 3, that halves each node at ``depth``.
+    """The index across axis ``depth`` % 3 of the lattice plane that halves each node at ``depth``.
     """
     coordinate = np.zeros_like(prefix)
     for bit in range(depth % 3, depth, 3):

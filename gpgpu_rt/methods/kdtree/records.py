@@ -23,8 +23,8 @@ With ``entry_points``, the parent is not set, and faces on the scene's box lie a
 
 KD_LEAF = Record("kd_leaf", "lo:vec3 rope_lo_x:int | hi:vec3 rope_hi_x:int "
                             "| rope_lo_y:int rope_hi_y:int rope_lo_z:int rope_hi_z:int")
-"""Data that kd-ropes adds to leaf number n: its box, and for each face the node behind it, or -1.
-"""
+"""Data of leaf number n for kd-ropes: the leaf's box, and for each face the node behind the face,
+or -1."""
 
 KD_STATE = Record("state", "t_min t_max t_exit node:int | cursor:int end:int phase:int steps:int")
 """A ray's state: its interval (`t_min`, `t_max`) in the current `node`, and `t_exit`, where the
@@ -39,8 +39,8 @@ down the tree."""
 KD_SHORT_STACK_STATE = KD_STATE.extended(
     "pushed:int pushing:int stacked:int | stack_t_max:vec4 | stack_node:ivec4")
 """KD_PUSH_DOWN_STATE, and a stack of the `stacked` far children that were pushed last, newest
-first. `stack_t_max` and `stack_node` hold the end of each far child's interval and the far
-child."""
+first. For each entry, `stack_node` holds the far child, and `stack_t_max` the end of its
+interval."""
 
 KD_SHORT_STACK_ERA_STATE = replace(
     KD_STATE, layout="t_min t_max t_exit place:int | stack_t_max:vec3 phase:int "
@@ -95,8 +95,8 @@ to ``end``. In each turn, the rays whose directions have the same signs traverse
 ray that waits for its turn.
 
 The stack has the nodes ``node_0`` to ``node_2``, newest first. The rays' intervals in these nodes
-end at ``t_max_0`` to ``t_max_2``. ``far`` is the node to push, and ``t_far`` its intervals'
-ends."""
+end at ``t_max_0`` to ``t_max_2``. ``far`` is the node to push; the rays' intervals in it end at
+``t_far``."""
 
 KD_ROPES_PACKET_RAY_STATE = replace(
     STATE, layout=STATE.layout + " t_min ray_node:int", full_precision=True)

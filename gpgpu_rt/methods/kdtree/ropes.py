@@ -1,4 +1,4 @@
-"""Ropes: links from each face of a kd-tree's leaf to the node behind the face.
+"""Ropes: links each face of each leaf of a kd-tree to the node behind the face.
 
 S. Popov, J. Günther, H.-P. Seidel, P. Slusallek, "Stackless KD-Tree Traversal for High Performance
 GPU Ray Tracing", Eurographics 2007. The construction goes down from the root, which has no ropes.
@@ -47,7 +47,7 @@ def build_ropes(tree: KdTree, push_down: bool = True) -> Ropes:
     Parameters
     ----------
     push_down : if True, each rope points to the smallest node that touches the whole face. If
-        False, it points to the root of the sibling subtree: there, the rays of a packet meet again
+        False, to the root of the sibling subtree, where the rays of a packet meet again
     """
     lo, hi = tree.boxes()
     ropes = np.full((2, len(tree.axis), 3), NIL, np.int32)   # (lower or upper face, node, axis)

@@ -98,7 +98,7 @@ def _prepare_bounds(triangles: np.ndarray, options: Mapping[str, Any]) -> Accele
 def _with_boxes(prepare: Callable[..., Accelerator]) -> Callable[..., Accelerator]:
     """A ``prepare`` that adds the boxes of all nodes if the option ``entry_points`` is given.
 
-    Faces on the scene's box, which clips the rays anyway, are moved to infinity. There, their
+    The scene's box clips the rays anyway, so faces on this box are moved to infinity. There, their
     rounding error cannot lose a hit.
     """
     def prepare_boxes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
@@ -204,7 +204,7 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
          state: Record = KD_STATE, tables: tuple[Record, ...] = (),
          options: tuple[Option, ...] = (),
          prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
-    """A row of a single-ray method; ``kernels``, ``tables`` and ``options`` are additional."""
+    """A row of a single-ray method, with more ``kernels``, ``tables`` and ``options``."""
     return Method(
         name=name, summary=summary, citation=citation,
         glsl=f"methods/kdtree/{name.replace('-', '_')}.glsl",
@@ -214,8 +214,8 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
 
 
 def _short_stack(row: Method, options: Mapping[str, Any]) -> Method:
-    """The row of kd-short-stack for these options. The era form has a smaller state for a stack of
-    at most three entries, which fits into a card's render targets."""
+    """The row of kd-short-stack for these options. For a stack of at most three entries, the era
+    form has a smaller state, which fits into a card's render targets."""
     if options.get("era") and options["stack_size"] <= 3:
         return replace(row, state=KD_SHORT_STACK_ERA_STATE,
                        glsl="methods/kdtree/kd_short_stack_era.glsl")

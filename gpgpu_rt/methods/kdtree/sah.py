@@ -25,7 +25,7 @@ from ...accel.runs import chunks, expand, of_like_length, owners, run_starts
 from ...threads import Run
 
 FEW = 16                # nodes of at most this many references are searched exactly
-# The largest number of references of a node in each group of nodes that are searched together.
+# Nodes of similar size are searched together. Each number is the size of a group's largest node.
 FEW_SIZES = (1, 2, 3, 4, 6, 8, 12, FEW)
 WORTH_CUTTING = 0.2     # empty space gets a bonus if it is at least this share of the node
 
@@ -39,7 +39,7 @@ class KdLevel:
     lo, hi : (3, k) float32, the nodes' boxes
     count : (k,) int64, the number of references of each node
     triangle : (m,) int32, the triangle of each reference
-    box : (6, m) float32, lower and upper corner of each reference, clipped and padded
+    box : (6, m) float32, lower and upper corner of each reference's box, clipped and padded
     """
 
     lo: np.ndarray
@@ -213,7 +213,7 @@ def _sorted(level: KdLevel, nodes: np.ndarray, index: np.ndarray, costs: Costs,
     before = starts[owner]
     for axis in range(3):
         # At equal coordinates, upper faces come first: a plane there separates the boxes that end
-        # from the boxes that begin.
+        # there from the boxes that begin there.
         keys = np.concatenate([
             node | (_ordered(level.box[axis].take(index)) << np.uint64(1)) | np.uint64(1),
             node | (_ordered(level.box[3 + axis].take(index)) << np.uint64(1))])

@@ -1,4 +1,4 @@
-"""SAH build: a kd-tree by the surface area heuristic (SAH). All nodes of a level split together.
+"""SAH build: builds a kd-tree by the surface area heuristic (SAH), a level of nodes at a time.
 
 I. Wald, V. Havran, "On building fast kd-trees for ray tracing, and on doing that in O(N log N)",
 2006. References are clipped to their node, and splits that cut off empty space get a bonus. By
@@ -25,7 +25,7 @@ def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
           **unknown: object) -> LooseKdTree:
     """Build by the surface area heuristic.
 
-    By default, the bunny has about as many leaves as in Popov et al. 2007 (survey, Figure 17).
+    By default, the bunny has about as many leaves as in Popov et al. 2007 (Hachisuka, Figure 17).
 
     Parameters
     ----------
@@ -33,11 +33,11 @@ def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
         ends of bins. Nodes with few references always use all faces
     bins : number of bins along each axis of a node
     traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit
-    empty_bonus : share by which cutting off at least a fifth of the node as empty space reduces a
-        split's cost
+    empty_bonus : share by which a split costs less if it cuts off at least a fifth of the node as
+        empty space
     max_depth : largest depth of a leaf; None for 8 + 1.3 log2 n
-    clip : True takes the box of the triangle's part in the node; False cuts the triangle's box to
-        the node
+    clip : if True, a reference's box bounds the triangle's part in the node; if False, it is the
+        triangle's box, cut to the node
     workers : number of processes that grow subtrees (see `shevtsov`), without effect on the tree
     """
     refuse_unknown(build, unknown)

@@ -1,4 +1,4 @@
-"""SAH growth: grow a kd-tree level by level. All nodes of a level are split together."""
+"""SAH growth: grows a kd-tree level by level. All nodes of a level are split together."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -84,7 +84,7 @@ def children(level: KdLevel, nodes: np.ndarray, axis: np.ndarray, plane: np.ndar
              vertices: np.ndarray | None, pad: np.float32, run: Run = map) -> KdLevel:
     """The children of the given nodes: all left children, then all right children.
 
-    So the references of each side are already in the order of their nodes.
+    This order keeps the references of each side in the order of their nodes.
     """
     count = level.count[nodes]
     index = expand(run_starts(level.count)[nodes], count)
@@ -109,7 +109,7 @@ def _child(level: KdLevel, index: np.ndarray, owner: np.ndarray, across: np.ndar
            pad: np.float32) -> tuple[np.ndarray, ...]:
     """The children on one side of every split node, as the fields of a level.
 
-    across : the positions in `index` of the references on both sides, which need clipping
+    across : the positions in `index` of references on both sides, which need clipping
     """
     triangle, node = level.triangle[index[across]], owner[across]
     box_lo, box_hi = lo[:, node], hi[:, node]

@@ -1,13 +1,13 @@
-"""Parallel build: the SAH kd-tree on several processes.
+"""Parallel build: builds the SAH kd-tree on several processes.
 
 M. Shevtsov, A. Soupikov, A. Kapustin, "Highly parallel fast kd-tree construction for interactive
-ray tracing of dynamic scenes", Eurographics 2007 (survey, section 5). In the paper, all workers
-build the top levels together, then each worker builds subtrees, with exact SAH near the leaves.
+ray tracing of dynamic scenes", Eurographics 2007 (Hachisuka, section 5). In the paper, all workers
+build the top levels together. Then each worker builds subtrees, with exact SAH near the leaves.
 
 Here, threads share the work on the top levels: each works on an axis, or on the children of one
 side. Then processes grow the subtrees from arrays in shared memory. Every number of workers builds
-the same tree, with one exception: the limit `MOST_REFERENCES` applies to each group of subtrees,
-and may end a group early. Processes are spawned, because a fork would inherit the OpenGL context.
+the same tree, with one exception: the limit `MOST_REFERENCES` applies to each group of subtrees
+and may stop its growth. Processes are spawned, because a fork would inherit the OpenGL context.
 """
 from __future__ import annotations
 

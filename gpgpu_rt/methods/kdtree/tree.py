@@ -109,7 +109,7 @@ class LooseKdTree:
         """A tree of at most `most` nodes and at most `most` references.
 
         If the tree is larger, every subtree with at most k references becomes a leaf, which lists
-        a triangle only once. One number k for the whole tree keeps both limits.
+        each triangle only once. One number k for the whole tree keeps both limits.
         """
         tree, nodes = self, min(most, len(self.axis))
         while nodes and (len(tree.axis) > most or len(tree.references) > most):

@@ -1,24 +1,24 @@
 """Zhou's build: split large nodes in the middle, and small nodes by SAH on bit masks.
 
 K. Zhou, Q. Hou, R. Wang, B. Guo, "Real-time KD-tree construction on graphics hardware", SIGGRAPH
-Asia 2008 (survey, section 5). The fragment programs of `gpu_build/zhou.py` give the same tree:
-every value that decides a split is computed in float32, in the programs' order.
+Asia 2008 (Hachisuka's survey, section 5). The fragment programs of `gpu_build/zhou.py` give the
+same tree: every value that decides a split is computed in float32, in the programs' order.
 
 A reference is a triangle's entry in a node, with the box of the triangle's part in the node. A
 large node has more than `small` references. A split cuts off empty space on one side of the node
 if the space exceeds the share `empty_cut` of the node's extent. Otherwise the split halves the
 longest axis, and clips the triangles that lie on both sides.
 
-A small root is a small node whose parent is large, or the tree's root. For small nodes, the six
-faces of each reference's box are the candidate planes. Masks of 64 bits, computed once for each
-small root, mark its references left and right of each plane. Each node below is also a mask of the
-root's references.
+A small root is a small node whose parent is large, or the root of a small tree. For small nodes,
+the six faces of each reference's box are the candidate planes. Masks of 64 bits, computed once for
+each small root, mark its references left and right of each plane. A mask of the root's references
+also represents each node below the root.
 
 Departures from the paper: a split cuts off empty space on one side of a node, not on up to six
 sides. A triangle is clipped only by the split plane, not by the six faces of the node. If the
-middle of the longest axis separates no references, the split uses another axis that does. After
-`FUTILE` levels without such an axis, the node becomes a leaf of any size. In small nodes, splits
-that cut off empty space get the bonus of `sah`.
+middle of the longest axis separates no references, the split halves another axis whose middle
+does. After `FUTILE` levels without such an axis, the node becomes a leaf of any size. In small
+nodes, splits that cut off empty space get the bonus of `sah`.
 """
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from .zhou_small import SmallRoots, grow_small
 
 MASK_BITS = 64
 EMPTY_CUT = 0.25    # the value of Zhou et al. for ray tracing
-FUTILE = 3          # most levels in a row whose splits separate no references: one per axis
+FUTILE = 3          # limit on successive levels whose splits separate no references: one per axis
 # By default, large nodes may lie this many levels below `depth_cap`: halving needs more levels
 # than SAH.
 MORE_LEVELS = 8
@@ -126,7 +126,7 @@ class Nodes:
         return first, first + 1
 
     def leaf(self, node: np.ndarray, count: np.ndarray, triangle: np.ndarray) -> None:
-        """Make these nodes leaves of `count` triangles each, which follow in `triangle`."""
+        """Make these nodes leaves of `count` triangles each, listed leaf by leaf in `triangle`."""
         self.leaves.append((node, count, triangle))
 
     def loose(self) -> LooseKdTree:

@@ -1,4 +1,4 @@
-"""Small nodes of Zhou's build: the surface area heuristic (SAH) on masks of 64 references."""
+"""Splits small nodes of Zhou's build by the surface area heuristic on masks of 64 references."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
@@ -39,7 +39,7 @@ class SmallRoots:
 
 
 def side_masks(level: KdLevel) -> np.ndarray:
-    """Masks of the references left and right of each candidate plane, a face of a reference's box.
+    """Masks of the references left and right of each candidate plane (a face of a box).
 
     The masks are (2, 6, m) uint64, indexed by side (0 is left), face and reference. Bit j stands
     for reference j of the node.
@@ -64,7 +64,7 @@ def side_masks(level: KdLevel) -> np.ndarray:
 
 
 def grow_small(roots: SmallRoots, costs: Costs, nodes: Nodes) -> None:
-    """Split small nodes, and all nodes below, while this lowers the cost within the depth limit.
+    """Split small nodes and all nodes below while this lowers the cost and the depth limit allows.
     """
     level, node, levels = roots.joined()
     masks, base = side_masks(level), run_starts(level.count)

@@ -1,4 +1,4 @@
-"""The host's traversal of a uniform grid, for arrays of rays.
+"""Cell walk: traverses a uniform grid on the host, for arrays of rays.
 
 This numpy twin of ``glsl/methods/grid/grid.glsl`` does the same float32 operations in the same
 order, so a ray visits the same cells.
@@ -61,7 +61,7 @@ class CellWalk:
         return np.minimum(a, b).max(axis=1), np.maximum(a, b).min(axis=1)
 
     def start(self, t_end: np.ndarray) -> np.ndarray:
-        """Move every ray to its first cell that lists triangles. Return the rays that have one."""
+        """Move every ray to its first cell that lists triangles. Return rays with such a cell."""
         rays = np.flatnonzero(self.t_enter <= self.t_exit)
         grid, t = self.grid, self.t_enter[rays, None]
         at = (self.origin[rays] + t * self.direction[rays] - grid.lo) / grid.cell_size

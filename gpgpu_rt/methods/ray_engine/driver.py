@@ -22,18 +22,18 @@ from ...traversal.driver import UNFINISHED, MethodDriver
 from .quads import BatchTargets, Runs
 from .ray_trip import RayTrip
 
-MOST_QUADS = 1 << 20       # most quads of a draw; larger batches are drawn in parts
+MOST_QUADS = 1 << 20       # limit on the quads of a draw; larger batches are drawn in parts
 QUAD = np.dtype([("rectangle", "<f4", 4), ("row", "<i4")])
 
 
 class RayEngine(MethodDriver):
     """The driver of a method whose rays the host walks through cells.
 
-    See ``Driver`` and ``glsl/methods/ray_engine/ray_engine.glsl``. Each round intersects, in
-    batches, the rays of the queues that are long enough, or of all queues if no queue is. Then the
-    host walks these rays to their next cells.
+    See ``Driver`` and ``glsl/methods/ray_engine/ray_engine.glsl``. Each round selects the queues
+    that are long enough, or all queues if no queue is. Batches intersect the rays of these queues.
+    Then the host walks the rays to their next cells.
 
-    For each batch, the host uploads the rays, with the t of their hits so far, and the quads, and
+    For each batch, the host uploads the rays (with the t of their hits so far) and the quads, and
     reads back the hits. A quad is a rectangle over rays, drawn for one triangle.
     """
 

@@ -131,7 +131,7 @@ def build_octree(triangles: np.ndarray, *, leaf_size: int = 8, density: float = 
 
 
 def _levels(triangles: int, finest: float, density: float) -> int:
-    """The number of levels below the root; the finest has at most `finest` cells along each axis.
+    """The number of levels below the root. An axis has at most `finest` cells in the last level.
     """
     wanted = np.ceil(np.log2(max(8 * density * triangles, 1)) / 3)
     return int(np.clip(min(wanted, np.floor(np.log2(max(finest, 1)))), 0, MOST_LEVELS))
@@ -149,7 +149,7 @@ def _handed_down(shapes: Shapes, triangle: np.ndarray, parent: np.ndarray, corne
     """
     triangles, nodes = [triangle[:0]], [parent[:0]]
     for part in chunks(np.full(len(triangle), 8), CHUNK):
-        # Find the halves of the parent along each axis that the triangle's box overlaps.
+        # Along each axis, find the halves of the parent that the triangle's box overlaps.
         begin = shapes.first[triangle[part]] - corner[parent[part]]
         end = begin + shapes.cell_count[triangle[part]]
         along = np.stack([(begin <= 0) & (end > 0), (begin <= 1) & (end > 1)])

@@ -1,4 +1,4 @@
-"""The host's traversal of an octree, for arrays of rays."""
+"""Octree walk: traverses an octree on the host, for arrays of rays."""
 from __future__ import annotations
 
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Quads. Triangles are drawn as quads over the rays of a batch, then a pass writes the hits."""
+"""Quads: draws triangles as quads over the rays of a batch; a pass then writes the hits."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -43,7 +43,7 @@ class Runs:
         return cls(first, np.diff(first, append=len(keys)), keys[first])
 
     def rectangles(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return at most three rectangles for each run, which cover it in rows of WIDTH texels.
+        """Return at most three rectangles per run, which cover the run in rows of WIDTH texels.
 
         Returns
         -------
@@ -77,7 +77,7 @@ class BatchTargets:
         gpu = setup.gpu
         self.size = (WIDTH, max(1, -(-rays // WIDTH)))
         gpu.check_size(*self.size, f"a batch of {rays:,} rays")
-        # The fields are already rounded to the format ``storage``, so the texture is float32.
+        # Fields are already rounded to the format ``storage``; a float32 texture keeps them exact.
         self.rays = Target(gpu, record, self.size)
         self.hit_record = replace(HIT, storage=self.precision.storage)
         self.depth = gpu.context.depth_renderbuffer(self.size)

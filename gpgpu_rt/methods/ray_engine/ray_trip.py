@@ -85,7 +85,7 @@ class RayTrip:
                 "t_max": self.hit["t"][chosen]}
 
     def take(self, rays: np.ndarray, found: dict[str, np.ndarray]) -> None:
-        """Store the found hits that are nearer, or as near and on a triangle of lower index."""
+        """Store ``found`` hits that are nearer, or equally near on a triangle of lower index."""
         t, known = found["t"], self.hit["t"][rays]
         better = (found["triangle"] != NO_TRIANGLE) & (
             (t < known) | ((t == known) & (found["triangle"] < self.hit["triangle"][rays])))

@@ -1,4 +1,4 @@
-"""Cones over rays, level by level as in a mipmap."""
+"""Cones: builds a hierarchy over rays, level by level as in a mipmap."""
 from __future__ import annotations
 
 from ...gl.context import Gpu

@@ -33,7 +33,7 @@ class RayHierarchy(MethodDriver):
     later batches. A batch begins with all pairs of one of its triangles and a node of the top
     level. A pass tests the triangles of up to ``stream_size`` pairs against the four children of
     their nodes. A child that passes forms a new pair. The new pairs descend to the rays before the
-    next ``stream_size`` pairs are tested, so no stream is longer than four times ``stream_size``.
+    next ``stream_size`` pairs are tested. So no stream is longer than four times ``stream_size``.
     """
 
     def __init__(self, setup: Setup) -> None:
@@ -95,7 +95,7 @@ class RayHierarchy(MethodDriver):
     def _test(self, level: int, first: int, count: int) -> int:
         """Test the triangles of pairs against the children of the pairs' nodes.
 
-        Return the number of remaining pairs, one level below.
+        Return the number of pairs that remain, one level below.
         """
         assert self.cones is not None and self._balls is not None
         pairs, below = self._pairs[level], self.cones.levels[level - 1]
@@ -175,7 +175,7 @@ class RayHierarchy(MethodDriver):
                        nodes=nodes)
 
     def make_balls(self) -> None:
-        """Compute a bounding ball of every triangle at its present position."""
+        """Compute a bounding ball of every triangle at its current position."""
         if self._balls is not None or not self.triangles:
             return
         self._balls = self.room.stream(VALUES, self.triangles).called("ball")
@@ -190,8 +190,8 @@ class RayHierarchy(MethodDriver):
     def compiled(self, name: str, records: list[tuple[Record, bool]],
                  more: Mapping[str, str] | None = None, any_hit: bool = False,
                  **defines: object) -> FullScreenPass:
-        """Return the program ``glsl/<name>.frag``. The flag of a record in ``records`` tells
-        whether the program writes or reads the record."""
+        """Return the program ``glsl/<name>.frag``. A flag in ``records`` is True for a record that
+        the program writes, and False for a record that it reads."""
         def make() -> FullScreenPass:
             texts, target = list((more or {}).values()), 0
             for record, writes in records:
@@ -286,7 +286,7 @@ class _Trace:
                 self._update_rays("nearest")
 
     def _update_rays(self, part: str) -> None:
-        """Draw a pass over all rays, from the present buffer into the other buffer."""
+        """Draw a pass over all rays, from the current buffer into the other buffer."""
         other = self.buffers.side(1 if self.now is self.buffers.side(0) else 0)
         self.owner._draw(self.owner.rays_pass(self.rays, self.any_hit, part), self.rays,
                          self.now, other, self.statistics)

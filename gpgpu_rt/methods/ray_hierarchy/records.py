@@ -6,15 +6,15 @@ from ...gl.record import Record
 CONE = Record("cone", "centre:vec3 radius | axis:vec3 chord | reach")
 """A node of the ray hierarchy: a sphere around the rays' origins and a cone of directions.
 
-Lengths are in units of about the scene's size. ``chord`` is the largest distance between the axis,
-as a unit vector, and the unit direction of a ray. ``reach`` is the largest distance to which a ray
-still searches, or -1 if the node has no ray."""
+Lengths are in units of about the scene's size. The sphere has ``centre`` and ``radius``. ``chord``
+is the largest distance between the unit vector ``axis`` and a ray's unit direction. ``reach`` is
+the largest distance to which a ray still searches, or -1 if the node has no ray."""
 
 PAIR = Record("pair", "triangle:int x:int y:int")
-"""A triangle and a node in a level of the hierarchy. Triangle -1 marks an empty element."""
+"""A triangle and a node, at (x, y) of a level's texture. Triangle -1 marks an empty element."""
 
 CHILDREN = Record("children", "first:ivec3 | second:ivec3 | third:ivec3 | fourth:ivec3")
-"""The result of the test of a PAIR: four pairs of the triangle and each of the node's children."""
+"""The result of testing a PAIR: the triangle paired with each of the node's four children."""
 
 VISITS = Record("visits", "count:int")
 """The number of triangles that were tested against a node's children."""

@@ -21,16 +21,15 @@ PAIRS = 1 << 22      # limit on the pairs of beam and triangle that are tested t
 
 @dataclass(frozen=True)
 class Beams:
-    """m beams in the frame of an axis, as (m,) float64 bounds with padding.
+    """m beams in the frame of an axis (frames.py), as (m,) float64 bounds with padding.
 
-    z is the coordinate along this axis, and x the coordinate along one of the two other axes.
+    z is the coordinate along this axis, and x stands for each of the two other coordinates.
 
     Attributes
     ----------
     behind : the lowest z of the origins
-    slopes : for each of the two other axes, the lowest and the highest slope of the directions
-    limits : for each of the two other axes, the lowest x - slope * z with the lowest slope, and
-        the highest x - slope * z with the highest slope
+    slopes : for each x, (low, high): the lowest and the highest slope of the directions
+    limits : for each x, the least x - low * z and the greatest x - high * z of the origins
     """
 
     behind: np.ndarray
@@ -40,7 +39,7 @@ class Beams:
     @classmethod
     def of(cls, lo: np.ndarray, hi: np.ndarray, first: np.ndarray, last: np.ndarray,
            space: RaySpace) -> Beams:
-        """The beams of m boxes of rays.
+        """Return the beams of m boxes of rays.
 
         Parameters
         ----------
@@ -57,7 +56,7 @@ class Beams:
 
     def meet_boxes(self, beam: np.ndarray, lo: np.ndarray, hi: np.ndarray,
                    box: np.ndarray) -> np.ndarray:
-        """Whether beam[i] may overlap box[i], (k,) bool.
+        """Return whether beam[i] may overlap box[i], (k,) bool.
 
         ``lo`` and ``hi``, (n, 3), are the corners of all boxes in the frame.
         """
@@ -73,9 +72,9 @@ class Beams:
 
     def meet_triangles(self, beam: np.ndarray, corners: np.ndarray,
                        triangle: np.ndarray) -> np.ndarray:
-        """Whether beam[i] may overlap triangle[i], (k,) bool.
+        """Return whether beam[i] may overlap triangle[i], (k,) bool.
 
-        ``corners``, (3, 3, n), are the triangles in the frame: axis, corner, triangle.
+        ``corners``, (3 axes, 3 corners, n), are all triangles in the frame.
         """
         depth = corners[2][:, triangle]
         kept = largest(depth) >= self.behind[beam]
@@ -92,9 +91,9 @@ class Candidates:
 
     Attributes
     ----------
-    corners : (3, 3, n), corners in the frame: axis, corner, triangle
-    near : (n,) float32, each triangle's lowest coordinate along the axis, exact; negated with
-        ``negative``
+    corners : (3 axes, 3 corners, n), the triangles' corners in the frame
+    near : (n,) float32, each triangle's lowest coordinate along the axis, without padding; with
+        ``negative``, the negated highest coordinate
     order : (n,) int64, the triangles in ascending order of ``near``
     """
 
@@ -110,7 +109,7 @@ class Candidates:
         self.rank[self.order] = np.arange(len(self.order))
 
     def of(self, beams: Beams) -> tuple[np.ndarray, np.ndarray]:
-        """The triangles that each of m beams may hit.
+        """Find the triangles that each of m beams may hit.
 
         Returns
         -------
@@ -127,7 +126,7 @@ class Candidates:
         return self.order[keys % n], np.bincount(keys // n, minlength=m)
 
     def _descend(self, beams: Beams) -> tuple[np.ndarray, np.ndarray]:
-        """All pairs of a beam and a triangle in a leaf whose box the beam may overlap."""
+        """Return each pair of a beam and a triangle of a leaf whose box may overlap the beam."""
         tree, found = self.tree, []
         beam = np.arange(len(beams.behind))
         node = np.zeros(len(beam), np.int64)

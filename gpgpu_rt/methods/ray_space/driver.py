@@ -1,6 +1,6 @@
 """Ray classification: a pass finds the five-dimensional box of each ray (ray_boxes.py).
 
-The host makes missing lists of triangles, and programs trace the rays through the lists.
+The host makes a list of triangles for boxes without a list. Programs trace rays through the lists.
 """
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .records import CANDIDATE, RAY_BOX, RAY_CLASS
 class RayClasses(Traversal):
     """A traversal whose tables grow before the rays are traced.
 
-    The tables' integers grow too, so programs do not use ``Accelerator.small_integers``.
+    Integers in the tables may then exceed the limit of ``Accelerator.small_integers``.
     """
 
     def __init__(self, setup: Setup) -> None:
@@ -35,7 +35,7 @@ class RayClasses(Traversal):
         self._own: dict[Record, Samplers] = {RAY_BOX: {}, CANDIDATE: {}}
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved. The old textures of all lists are dropped."""
+        """Use the tables of triangles that moved, and release the textures of the old lists."""
         self._release_own()
         self._given = samplers
         super().follow(samplers, replace(accelerator, small_integers=False), step_cap)
@@ -44,7 +44,7 @@ class RayClasses(Traversal):
             any_hit: bool = False) -> tuple[Target, int]:
         boxes: RayBoxes = self.accelerator.structure
         cells = self._box_of_each(rays, statistics)
-        # Lists that another driver made are not yet in this driver's textures.
+        # If another driver made the lists, ask() may be False, but the textures are missing.
         if boxes.ask(cells) or not self._own[RAY_BOX]:
             self._upload(boxes)
         for record, samplers in self._own.items():

@@ -1,7 +1,7 @@
 """Ray space: frames and error bounds for the methods that subdivide rays instead of space.
 
-The dominant axis of a direction is the axis of its largest component. Divided by the magnitude of
-this component, the direction is a point (u, v) in [-1, 1]^2 on a face of the direction cube. In
+The dominant axis of a direction is the axis of its largest component. Dividing the direction by
+this component's magnitude gives a point (u, v) in [-1, 1]^2 on a face of the direction cube. In
 the frame of an axis, the coordinate along this axis comes last, as in `permute` of
 ``glsl/core/ray.glsl``.
 """
@@ -21,12 +21,12 @@ SLACK = 64.0     # error bound in roundoff units, relative to distances, as in g
 
 @dataclass(frozen=True)
 class RaySpace:
-    """The rays for which a method's tables are valid, and the error bounds of these rays.
+    """The valid rays, which a method's tables cover, and the error bounds of these rays.
 
     Attributes
     ----------
     lo, hi : (3,) float32, the scene's padded box, world units
-    pad : float, world units. Rounding displaces a valid ray by less than this
+    pad : float, world units. Rounding displaces a valid ray by less than ``pad``
     direction_pad : float, the error bound of a valid ray's u and v
     far : float, world units. A valid ray's origin lies within this distance of the scene's centre
         along each axis
@@ -45,7 +45,7 @@ class RaySpace:
 
 
 def ray_space(triangles: np.ndarray, arithmetic: str = "fp32") -> RaySpace:
-    """The ray space of (n, 3, 3) float32 triangles, for kernels in the format ``arithmetic``."""
+    """Return the ray space of (n, 3, 3) float32 triangles for kernels in format ``arithmetic``."""
     lo, hi = scene_box(triangles)
     _, radius = sphere(lo, hi)
     largest = float(max(np.abs(lo).max(), np.abs(hi).max()))

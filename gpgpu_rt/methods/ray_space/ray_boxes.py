@@ -1,17 +1,17 @@
-"""Five-dimensional boxes of rays. A box gets its list of candidates when rays need the list.
+"""Five-dimensional boxes of rays. A box gets its list of triangles when rays need the list.
 
 J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987 (survey, Table 1). A ray
 is a five-dimensional point: its origin, and its direction's (u, v) on a face of the direction cube
-(frames.py). From level to level, a box is halved along all axes, down to single finest cells. The
+(frames.py). From level to level, a box is halved along its axes, down to the finest cells. The
 candidates of a box are the triangles that its rays may hit.
 
-The paper halves a box until it has few candidates. Here, a box may have a list if it holds
-``min_rays`` rays of a call. A finest cell uses the list of the smallest box around it that has a
-list. If all lists would exceed the budget, ``min_rays`` is raised for this call. The paper finds a
-box's candidates among those of the next larger box; here, a BVH finds them.
+The paper halves a box until the box has few candidates. Here, a box may have a list if the box
+holds at least ``min_rays`` rays of a call. A finest cell uses the list of the smallest box around
+it that has a list. If all lists would exceed the budget, ``min_rays`` is raised for this call. The
+paper searches for candidates in the list of the next larger box; here, a BVH finds them.
 
-A directory holds the start of every finest cell's list. The largest box of each face of the
-direction cube always has a list, which holds all triangles in their order along the face's axis.
+A directory holds the start of each finest cell's list. The largest box of each face of the
+direction cube always has a list, which holds all triangles in order along the face's axis.
 """
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ class RayBoxes:
     origin_cells, direction_cells : number of finest cells along each axis of the scene's box, and
         across a face of the direction cube; powers of two
     min_rays : a box gets a list only if it holds at least this many rays of a call
-    budget : limit on directory and lists, MiB
+    budget : memory limit of the directory and all lists, MiB
 
     Attributes
     ----------
-    directory : (cells + 6,) int64, the first candidate of each cell's list, then of the six faces'
-        lists, which have all triangles
+    directory : (cells + 6,) int64, the index of the first candidate in the list of each finest
+        cell and then of each of the six faces
     grow_seconds : seconds spent on making lists so far
 
     Raises
@@ -94,7 +94,7 @@ class RayBoxes:
 
     @property
     def triangle(self) -> np.ndarray:
-        """The triangles of all lists in a single array, (k,) int32. -1 ends each list."""
+        """The triangles of all lists in one array, (k,) int32. -1 ends each list."""
         return self._triangle[:self.used]
 
     @property
@@ -136,8 +136,8 @@ class RayBoxes:
     def ask(self, cells: np.ndarray) -> bool:
         """Make the lists that rays need. Return whether the directory changed.
 
-        ``cells`` holds the number of each ray's finest cell. Rays that miss the scene or use the
-        list of a face have other numbers, which are ignored.
+        ``cells`` holds the number of each ray's finest cell. A ray that misses the scene or uses
+        the list of a face has another number, which is ignored.
         """
         began = time.perf_counter()
         chosen, rays = np.unique(cells[(cells >= 0) & (cells < self.cells)], return_counts=True)
@@ -162,10 +162,10 @@ class RayBoxes:
         return bool((self.directory[chosen] != before).any())
 
     def _affordable(self, cells: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, float]:
-        """The level of each cell's box, and the estimated number of candidates of all lists.
+        """Return the level of each cell's box, and an estimate of the candidates of all lists.
 
-        The level is the finest at which the box around the cell holds ``min_rays`` rays, or more
-        if the estimate exceeds the budget.
+        The level is the finest at which the box around the cell holds ``min_rays`` rays. The
+        minimum is raised while the estimate exceeds the budget.
         """
         room = FILLED * (self.most - FACES * (len(self.faces[0].order) + 1))
         least = self.min_rays
@@ -177,13 +177,13 @@ class RayBoxes:
             least *= RAISED
 
     def _missing(self, cells: np.ndarray, wanted: np.ndarray) -> float:
-        """The share of the cells whose box has no list yet."""
+        """Return the share of the cells whose box has no list yet."""
         missing = sum(int((self.first[level][self._box(cells[wanted == level], level)] < 0).sum())
                       for level in range(1, self.levels))
         return missing / max(len(cells), 1)
 
     def _wanted(self, cells: np.ndarray, rays: np.ndarray, least: int) -> np.ndarray:
-        """The finest level at which each cell's box holds at least ``least`` rays."""
+        """Return the finest level at which each cell's box holds at least ``least`` rays."""
         wanted = np.zeros(len(cells), np.int64)
         for level in range(1, self.levels):
             _, inverse = np.unique(self._box(cells, level), return_inverse=True)
@@ -207,7 +207,7 @@ class RayBoxes:
     def _make(self, cells: np.ndarray, rays: np.ndarray, wanted: np.ndarray) -> bool:
         """Make the missing lists. Return False if the budget does not suffice for all of them.
 
-        The finest level comes first. In each face of a level, boxes with more rays come first.
+        Finer levels come first. In each face of a level, boxes with more rays come first.
         """
         for level in range(self.levels - 1, 0, -1):
             mine = wanted == level
@@ -247,7 +247,7 @@ class RayBoxes:
         return FACES << (3 * origin + 2 * direction)
 
     def _box(self, cells: np.ndarray, level: int) -> np.ndarray:
-        """The boxes of a level that contain the given finest cells."""
+        """Return the boxes of a level that contain the given finest cells."""
         face, direction, origin = self._coordinates(cells, self.levels - 1)
         origin_bits, direction_bits = self._bits(level)
         box = face
@@ -259,7 +259,7 @@ class RayBoxes:
 
     def _coordinates(self, boxes: np.ndarray, level: int
                      ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The face, (m,), the u and v, (m, 2), and the x, y and z, (m, 3), of boxes of a level."""
+        """Return the face, (m,), cell (u, v), (m, 2), and cell (x, y, z), (m, 3), of m boxes."""
         origin_bits, direction_bits = self._bits(level)
         parts, rest = [], boxes
         for bits in 3 * (origin_bits,) + 2 * (direction_bits,):
@@ -280,6 +280,6 @@ class RayBoxes:
         return Beams.of(lo, hi, width * direction - 1, width * (direction + 1) - 1, self.space)
 
     def to_dict(self) -> dict[str, float]:
-        """The numbers of lists and candidates, and the seconds spent, for statistics."""
+        """Return the statistics: the numbers of lists and candidates, and the seconds spent."""
         return {"boxes": float(sum((first >= 0).sum() for first in self.first)),
                 "candidates": float(self.used), "grow_seconds": self.grow_seconds}

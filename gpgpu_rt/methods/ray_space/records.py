@@ -4,17 +4,17 @@ from __future__ import annotations
 from ...gl.record import Record
 
 RAY_BOX = Record("ray_box", "first:int")
-"""A finest cell of rays in five dimensions: the first candidate of its list."""
+"""A finest five-dimensional cell of rays. ``first`` is the first candidate of its list."""
 
 CANDIDATE = Record("candidate", "triangle:int near")
 """A triangle that rays of a box may hit. Triangle -1 ends the list.
 
-``near`` is the triangle's lowest coordinate along the rays' dominant axis, with the sign that
-makes the coordinate grow along the rays."""
+``near`` is the triangle's lowest coordinate along the rays' dominant axis. The axis is negated if
+the rays run in its negative direction."""
 
 BEAM = Record("beam", "first:int entries:int")
-"""A beam: the lines through a tile whose directions are in the same cell. The record has the first
-entry and the number of entries of the list of triangles that these lines may hit."""
+"""A beam: all lines that have a direction in one cell and cross one tile (visibility_field.py).
+The list of triangles that they may hit begins at ``first`` and has ``entries`` entries."""
 
 BEAM_ENTRY = Record("beam_entry", "triangle:int near far reach")
 """A triangle in a beam. The entries of a beam are sorted by ``near``.
@@ -25,9 +25,9 @@ The triangle's extent along the beam's axis is from ``near`` to ``far``. ``reach
 RAY_CLASS = Record("ray_class", "box:int")
 """The five-dimensional box of a ray, or -1 if the ray misses the scene.
 
-For a ray that begins too far from the scene, ``box`` is a number past the last box, and stands for
-a face of the direction cube."""
+For a ray that begins too far from the scene, ``box`` is a number past the last box. The number
+stands for a face of the direction cube."""
 
 BEAM_STATE = Record("state", "first:int end:int low:int high:int | phase:int steps:int")
-"""A ray's state: its beam's entries from `first` to `end`, and the range of the binary search from
-`low` to `high`. After the search, `low` is the current entry."""
+"""A ray's state. The ray's beam has the entries from `first` to `end`. The binary search examines
+the range from `low` to `high`. After the search, `low` is the current entry."""

@@ -2,8 +2,8 @@
 
 J. Mortensen, P. Khanna, I. Yu, M. Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
 Table 1). Three faces of the direction cube (frames.py), half of all directions, are divided into
-cells. For each cell, a grid of tiles covers the plane through the scene's centre perpendicular to
-the face's axis. A beam is all lines that have a direction in a cell and cross the plane in a tile.
+cells. For each cell, the plane through the scene's centre perpendicular to the face's axis has a
+grid of tiles. A beam is all lines that have a direction in a cell and cross the plane in a tile.
 
 In the paper, a beam lists the triangles that its central direction hits. Here, a beam lists all
 triangles that any line of the beam may hit.
@@ -11,7 +11,7 @@ triangles that any line of the beam may hit.
 A triangle's near end is its lowest coordinate along the axis, and its far end is its highest. The
 triangles of a beam are sorted by their near ends. Each entry also stores the largest far end up to
 this entry. So a binary search finds the first triangle that a ray from any point of the beam may
-hit, both up and down the axis. The paper uses a tree for this search.
+hit, in either direction of the axis. The paper uses a tree for this search.
 """
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ AXES = 3
 MIB = 1 << 20
 ENTRY_BYTES, BEAM_BYTES = 16, 8      # bytes in float32 textures
 SAMPLES = 2000          # triangles from which the size of a field is estimated
-FINEST = (8, 24)        # the most directions and the most tiles by default
+FINEST = (8, 24)        # default limits on `directions` and `tiles`
 # The least ratio of tiles to directions, both along a side. In fields of equal memory, rays test
-# more triangles with a smaller ratio.
+# more triangles if the ratio is smaller.
 TILES = 2
-# By default, a field of n triangles has an estimated USUAL_ENTRIES * n + 4096 entries at most.
+# By default, a field of n triangles has at most an estimated USUAL_ENTRIES * n + 4096 entries.
 USUAL_ENTRIES = 1024
 CHUNK = 1 << 20         # entries processed together
 
@@ -65,7 +65,7 @@ class VisibilityField:
     reach: np.ndarray
 
     def is_sound(self, triangles: int) -> bool:
-        """Whether the arrays are valid for ``triangles`` triangles; see ``accel/sound.py``."""
+        """Return whether the arrays fit ``triangles`` triangles; see ``accel/sound.py``."""
         m = len(self.triangle)
         if not (isinstance(self.directions, int) and isinstance(self.tiles, int)):
             return False
@@ -85,9 +85,9 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
     ----------
     triangles : (n, 3, 3) float32, world units
     directions, tiles : the largest number of cells along a side of a face, and of tiles along a
-        side of a plane; None for 8 and 24. If both are None, a field is coarsened above an
-        estimated 1024 n + 4096 entries
-    budget : limit on entries and beams, MiB, beyond which the field is coarsened
+        side of a plane; None for 8 and 24. If both are None, a field is coarsened if its estimated
+        entries exceed 1024 n + 4096
+    budget : memory limit of entries and beams, MiB, above which the field is coarsened
     arithmetic : the number format to which kernels round
 
     Raises
@@ -132,7 +132,7 @@ class _Frame:
 
     def tiles(self, cell: tuple[int, int], directions: int, tiles: int, step: int = 1
               ) -> tuple[np.ndarray, np.ndarray]:
-        """For each triangle, the tiles through which lines of a cell may hit the triangle.
+        """Return, for each triangle, the tiles through which lines of a cell may hit the triangle.
 
         Parameters
         ----------
@@ -159,14 +159,14 @@ class _Frame:
 
 
 def half_size(space: RaySpace) -> np.ndarray:
-    """Half the size of the scene's box along each axis, widened by padding, (3,) float32."""
+    """Return half the size of the scene's padded box along each axis, (3,) float32."""
     size = (space.hi.astype(np.float64) - space.lo) / 2 + 8 * space.pad
     return size.astype(np.float32)
 
 
 def _resolution(frames: list[_Frame], directions: int, tiles: int, usual: float
                 ) -> tuple[int, int]:
-    """The numbers of directions and tiles of a field with at most ``usual`` entries.
+    """Choose the numbers of directions and tiles of a field with at most ``usual`` entries.
 
     First, reduce ``directions`` until a field with ``TILES`` times as many tiles as directions has
     at most ``usual`` entries. Then find the largest number of tiles, up to ``tiles``, with at most
@@ -183,12 +183,12 @@ def _resolution(frames: list[_Frame], directions: int, tiles: int, usual: float
 
 
 def _cells(directions: int) -> list[tuple[int, int]]:
-    """The u and v of all cells of a face, in the order of the beams."""
+    """Return the (u, v) of all cells of a face, in the order of the beams."""
     return [(u, v) for v in range(directions) for u in range(directions)]
 
 
 def _estimate(frames: list[_Frame], directions: int, tiles: int) -> float:
-    """Estimate the entries of a field from a sample of its triangles and directions."""
+    """Estimate the number of entries of a field from a sample of its triangles and directions."""
     n = len(frames[0].near)
     step = max(1, n // SAMPLES)
     some = _cells(directions)[::max(1, directions ** 2 // 4)]
@@ -199,7 +199,7 @@ def _estimate(frames: list[_Frame], directions: int, tiles: int) -> float:
 
 def _build(frames: list[_Frame], directions: int, tiles: int, most: float
            ) -> VisibilityField | None:
-    """The field, or None if its entries and beams take more memory than ``most`` entries."""
+    """Return the field, or None if entries and beams need more memory than ``most`` entries."""
     n = len(frames[0].near)
     beams = AXES * directions ** 2 * tiles ** 2
     room = most - (beams + AXES) * BEAM_BYTES / ENTRY_BYTES
@@ -222,9 +222,9 @@ def _build(frames: list[_Frame], directions: int, tiles: int, most: float
 
 
 def _entries(frame: _Frame, first: np.ndarray, count: np.ndarray, tiles: int) -> np.ndarray:
-    """The sorted keys of all entries of a cell of directions: tile * n + near rank.
+    """Return the sorted keys of all entries of a cell of directions.
 
-    The near rank of a triangle is its place in the order of near ends.
+    A key is tile * n + near rank, the triangle's place in the order of near ends.
     """
     n = len(first)
     keys = [np.zeros(0, np.int64)]
@@ -241,7 +241,7 @@ def _entries(frame: _Frame, first: np.ndarray, count: np.ndarray, tiles: int) ->
 
 
 def _sorted(frame: _Frame, keys: np.ndarray, n: int) -> list[np.ndarray]:
-    """The triangle, near, far and reach of the entries with these sorted keys."""
+    """Return the triangle, near, far and reach of the entries with these sorted keys."""
     n = max(n, 1)
     triangle = frame.by_near[keys % n] if len(keys) else keys
     # Compute the running maximum of the far rank. It restarts at each tile, because the tile's

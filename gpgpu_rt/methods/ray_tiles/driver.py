@@ -1,4 +1,4 @@
-"""The driver of `ray-tiles` draws each triangle over the tiles whose cones it meets (Szécsi 2006).
+"""Driver of `ray-tiles`: draws a triangle over each tile whose cone it may meet (Szécsi 2006).
 
 The passes, in this order:
 
@@ -10,7 +10,7 @@ The passes, in this order:
    stage drops a pair if the tile's cone cannot meet the triangle. MIN blending keeps each ray's
    nearest t. Before the next batch, ``tile_ends`` updates the distances (step 3).
 5. ``tile_pairs`` draws all pairs once more, and keeps the lowest index of the triangles at each
-   ray's nearest t. With ``any_hit``, step 4 keeps a triangle's index instead, without step 5.
+   ray's nearest t. With ``any_hit``, step 4 keeps a triangle's index instead of t, without step 5.
 6. ``tile_hits`` writes the hit of each ray.
 """
 from __future__ import annotations
@@ -31,7 +31,7 @@ from ...traversal.records import FOUND, NEAREST, QUADS
 from ...traversal.schedules import method_defines, method_texts
 from .records import TILE_CONE, TILE_END, TILE_SPAN
 
-PAIRS_AT_ONCE = 1 << 22     # most pairs in a draw; a longer draw would block the desktop
+PAIRS_AT_ONCE = 1 << 22     # most pairs in a draw call; a longer call would block the desktop
 NONE = float(1 << 24)       # larger than the index of every triangle
 
 
@@ -75,7 +75,7 @@ class RayTiles(MethodDriver):
 
     def _pass(self, name: str, rays: RayTextures, target: Target,
               statistics: Statistics, any_hit: bool, **uniforms: object) -> None:
-        """Draw a pass over the tiles, or over the rays for ``tile_hits``."""
+        """Draw a pass with a fragment per tile, or, for ``tile_hits``, per ray."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         program = self._program(name, rays.record, any_hit)
         program.set(ray_texture_size=rays.size, **rays.uniforms(), **uniforms)
@@ -97,8 +97,8 @@ class RayTiles(MethodDriver):
                     counting: bool, statistics: Statistics, any_hit: bool) -> None:
         room = self._targets
         textures = self._textures(rays)
-        # A target must not be bound as a sampler, and the program does not read NEAREST in this
-        # pass: bind another texture.
+        # The pass must not sample the texture that it writes. The program does not read NEAREST
+        # in this pass, so bind another texture in its place.
         if target == "nearest":
             textures |= room.targets["found"].samplers(NEAREST.name)
         program = self._pair_program(rays.record, any_hit, counting)
@@ -161,7 +161,7 @@ class RayTiles(MethodDriver):
 
 
 class TileTargets:
-    """The targets with a texel per tile, and the targets of blending with a texel per ray."""
+    """The targets with a texel per tile, and the blended targets with a texel per ray."""
 
     def __init__(self, owner: RayTiles, size: tuple[int, int]) -> None:
         self.size = size
@@ -179,7 +179,7 @@ class TileTargets:
             self.targets[name].framebuffer.viewport = (0, 0, *(owner.tile * n for n in self.tiles))
 
     def samplers(self) -> Samplers:
-        """Return sampler name -> texture of all targets."""
+        """Return sampler name -> texture for all targets."""
         return {sampler: texture for target in self.targets.values()
                 for sampler, texture in target.samplers().items()}
 

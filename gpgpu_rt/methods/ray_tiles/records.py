@@ -14,6 +14,6 @@ Every origin lies within ``radius`` of the apex. The cosine of the angle between
 and the axis is at least ``cosine``."""
 
 TILE_END = Record("tile_end", "reach lines:int")
-"""How far a tile's rays search. ``reach`` is the largest distance to which a ray still searches
-from its origin, in world units; -1 if no ray searches. ``lines`` is 1 if a ray also searches
-behind its origin."""
+"""How far a tile's rays search. ``reach`` is the largest distance from its origin to which a ray
+still searches, in world units; -1 if no ray searches. ``lines`` is 1 if a ray also searches behind
+its origin, else 0."""

@@ -13,14 +13,14 @@ from ...traversal.records import STATE
 from ...traversal.triangle_table import TRIANGLE, box_uniforms, triangle_table
 from .driver import RayTiles
 
-FIRST_BATCH = 64    # triangles of the first batch; each batch is twice as large as the last
+FIRST_BATCH = 64    # triangles of the first batch; each next batch is twice as large
 
 
 def batches(triangles: int) -> tuple[tuple[int, int], ...]:
-    """The first triangle and the number of triangles of each batch.
+    """Return the first triangle and the number of triangles of each batch.
 
     Between two batches, a pass shortens the search of each tile's rays. The first batches are
-    small, but a million triangles still need only 14 batches.
+    small to shorten searches early. A million triangles need only 14 batches.
     """
     found, first, count = [], 0, FIRST_BATCH
     while first < triangles:

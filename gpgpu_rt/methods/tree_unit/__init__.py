@@ -1,1 +1,1 @@
-"""One traversal for kd-trees and BVHs; an option says how a ray chooses a node's children."""
+"""One traversal for kd-trees and BVHs. An option sets how a ray chooses a node's children."""

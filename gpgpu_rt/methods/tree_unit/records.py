@@ -21,4 +21,4 @@ the root."""
 
 UNIT_STATE = Record("state", "t_min t_max node:int cursor:int | end:int phase:int steps:int")
 """A ray's state: the current ``node``, the ray's interval in the node (``t_min``, ``t_max``), and
-the leaf's references from ``cursor`` to ``end`` that are still to be tested."""
+the range from ``cursor`` to ``end`` of a leaf's references that remain to be tested."""

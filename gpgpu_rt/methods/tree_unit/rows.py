@@ -1,6 +1,6 @@
 """tree-unit: one traversal for kd-trees and BVHs.
 
-The option ``criterion`` says how a ray chooses the children of a node. The survey (section 5)
+The option ``criterion`` sets how a ray chooses the children of a node. The survey (section 5)
 proposes such a traversal for hardware. A ray returns to a node's far child as in kd-backtrack."""
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def _defaults(options: tuple[Option, ...]) -> dict[str, Any]:
 
 
 def _tree(triangles: np.ndarray, criterion: str) -> tuple[UnitTree, dict[str, Any]]:
-    """Return the tree of a criterion, and the uniforms of the scene's box."""
+    """Return the tree for a criterion, and the uniforms of the scene's box."""
     if criterion == BOX:
         limit = node_limit(len(triangles), 1)
         return (from_bvh(built_bvh(triangles, _defaults(BVH_BUILD), **limit)),

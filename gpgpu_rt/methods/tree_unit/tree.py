@@ -23,7 +23,7 @@ class UnitTree:
     child, count, axis : (n,) int, as in UNIT_NODE
     split : (n,) float32, as in UNIT_NODE, world units
     lo, hi : (n, 3) float32, the boxes, world units
-    references : (m,) int32, the triangles of one leaf after another
+    references : (m,) int32, the triangles of all leaves, leaf by leaf
     """
 
     child: np.ndarray
@@ -54,8 +54,8 @@ class UnitTree:
 def from_kdtree(tree: KdTree) -> UnitTree:
     """Return a kd-tree in the common format.
 
-    Faces on the scene's box, which clips rays anyway, are moved to OPEN, so that rounding cannot
-    end a ray's interval in the node before a triangle on the face.
+    A face on the scene's box is moved to OPEN, because the scene's box clips rays anyway. So
+    rounding cannot end a ray's interval in the node before a triangle on the face.
     """
     lo, hi = tree.boxes()
     return UnitTree(tree.left, tree.count, tree.axis, tree.split,

@@ -39,10 +39,10 @@ class Caustics:
     ----------
     tracer : the tracer of a scene with a dielectric or a mirror
     light : (3,) position of the light, outside the refractor
-    photons : pixels along a side of the refractor's image, one photon each
+    photons : pixels along a side of the refractor's image; each pixel is a photon
     resolution : pixels along a side of the receivers' image, and of the caustic map
-    spread : the tangent of the half angle of the receivers' image divided by that of the
-        refractor's image
+    spread : the tangent of the half angle of the receivers' image divided by the same tangent of
+        the refractor's image
     splat : side in pixels of the square that a photon covers in the caustic map
     iterations : number of successive estimates of the point where a photon lands
     smooth : whether to interpolate the refractor's normals; otherwise, triangles are flat
@@ -50,8 +50,8 @@ class Caustics:
     Attributes
     ----------
     camera, wide : the cameras at the light, for the refractor and for the receivers
-    borders : 0 for a mirror, 2 for a closed surface of glass, 1 for an open one with glass or
-        water behind it
+    borders : 0 for a mirror, 1 for an open surface with glass or water behind it, 2 for a closed
+        surface of glass
     """
 
     def __init__(self, tracer: Tracer, light: Any, photons: int = 256, resolution: int = 256,
@@ -252,8 +252,8 @@ def is_closed(triangles: np.ndarray) -> bool:
 
 
 def _views(light: np.ndarray, corners: np.ndarray, spread: float) -> tuple[Camera, Camera]:
-    """Return two cameras at the light: one whose image just contains the triangles ``corners``,
-    (k, 3, 3), and one wider by the factor ``spread``. WIDEST limits both angles."""
+    """Return two cameras at the light. The first camera's image just contains the triangles
+    ``corners``, (k, 3, 3). The second is wider by ``spread``. WIDEST limits both angles."""
     points = corners.reshape(-1, 3).astype(np.float64)
     centre = (points.min(0) + points.max(0)) / 2
     away = centre - light

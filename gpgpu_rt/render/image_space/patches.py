@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from ...tracer import Tracer
 
 LIFT = 1e-4       # offset of shadow rays from the surface, as a share of the scene's extent
-# Steps whose multiples, modulo 1, fill a cube and a square evenly (Roberts 2018): powers of the
-# roots of x^4 = x + 1 and x^3 = x + 1.
+# Steps whose multiples, modulo 1, fill a cube and a square evenly (Roberts 2018): negative powers
+# of the roots of x^4 = x + 1 and x^3 = x + 1.
 SPREAD_3 = 1.2207440846057596 ** -np.arange(1.0, 4.0)
 SPREAD_2 = 1.3247179572447460 ** -np.arange(1.0, 3.0)
 
@@ -26,8 +26,8 @@ def cuts_of(triangles: np.ndarray, longest: float) -> np.ndarray:
 
 
 def divided(triangles: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Divide each triangle into k^2 similar parts, with the least k for which no edge is longer
-    than ``longest``.
+    """Divide each triangle into k^2 similar parts, with the least k for which no part's edge is
+    longer than ``longest``.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def straight_light(tracer: Tracer, places: np.ndarray, normals: np.ndarray,
 
 
 def _reaching(tracer: Tracer, start: np.ndarray, to: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """Return ``value``, (n,), with 0 for negative values and where a triangle occludes the light
+    """Return ``value``, (n,), with 0 where it is negative or where a triangle occludes the light
     at ``start`` + ``to``."""
     reaching = np.where(value > 0, value, 0.0)
     some = np.flatnonzero(reaching)

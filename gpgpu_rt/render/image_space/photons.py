@@ -1,4 +1,4 @@
-"""Photons: traces light from a point through glass and off mirrors to where it lands."""
+"""Photons: traces light from a point, through glass and off mirrors, to where the light lands."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
@@ -19,8 +19,8 @@ def traced_photons(tracer: Tracer, normals: np.ndarray, origins: np.ndarray,
                    directions: np.ndarray, flux: np.ndarray) -> np.ndarray:
     """Return the points where photons land after refractions or reflections.
 
-    At a dielectric, a photon continues with the refracted share of its flux, or, after total
-    reflection, with all of it. The reflected share is dropped.
+    At a dielectric, a photon continues with the refracted share of its flux, and the reflected
+    share is dropped. After total reflection, the photon continues with all its flux.
 
     Parameters
     ----------

@@ -51,8 +51,8 @@ class RayBundles:
     tracer : the tracer of the scene; it traces first hits and shadow rays
     patch : the longest edge of a patch, as a share of the scene's extent, from 1e-6 to 1
     resolution : pixels along a side of a projection
-    straight : how direct light of lamps is found: "traced", by ``samples`` shadow rays from each
-        point, or "bundles", like all other light, which suits only large lamps
+    straight : the method for direct light of lamps: "traced" uses ``samples`` shadow rays from
+        each point; "bundles" exchanges this light like all other, which suits only large lamps
     samples : the number of points on lamps
 
     Attributes
@@ -61,7 +61,7 @@ class RayBundles:
     leaving : (m, 2, 3) the radiance that leaves the two sides of each patch after `solve`, first
         the side of the normal; without emission if ``straight`` is "traced"
     weights : (m, 2), for each side, the sum of the cosine weights of the rays of `solve` that met
-        it; approaches pi with many directions and pixels, and is 0 if no ray met the side
+        the side; approaches pi with many directions and pixels, and is 0 if no ray met the side
     layers : the largest number of layers of a projection so far; layer k shows at each pixel the
         k-th surface from the front
     """
@@ -147,8 +147,8 @@ class RayBundles:
         else:
             own += self.emission[:, None]
         reflected = self.albedo[:, None] / np.pi
-        # The first exchange carries the direct light of lamps and sky. Omit it if shadow rays
-        # already computed all direct light.
+        # The first exchange carries the direct light of lamps and sky. Omit this exchange if
+        # shadow rays already computed all direct light.
         brought = self.straight == "traced" and self.scene.environment is None
         self.leave(own + reflected * lit if brought else own)
         for _ in range(bounces + (not brought)):
@@ -251,7 +251,7 @@ class RayBundles:
         context.blend_func = moderngl.ONE, moderngl.ONE
         self._peel.set(**uniforms)
         self.gpu.clear(self._targets[1], -FAR, 0.0, 0.0, -1.0)
-        for count in range(MOST_LAYERS + 1):    # the last round finds that no layer is left
+        for count in range(MOST_LAYERS + 1):    # the last iteration finds no further layer
             target, nearer = self._targets[count % 2], self._layers[1 - count % 2]
             self.gpu.clear(target, FAR, 0.0, 0.0, -1.0, depth=1.0)
             context.enable_only(moderngl.DEPTH_TEST)

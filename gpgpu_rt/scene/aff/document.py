@@ -20,8 +20,8 @@ from .statements import (
 from .surface import Surface
 from .tokens import Tokens
 
-# Bytes that the memory budget counts for each statement of a file that is included again: four
-# times the true size, so that a file with exponentially many includes exceeds the budget within
+# Bytes that the memory budget counts for each statement of a file that is included again. This is
+# four times the true size. So a file with exponentially many includes exceeds the budget within
 # about a second.
 _STATEMENT_BYTES = 4096
 
@@ -90,7 +90,7 @@ def read_document(path: Path) -> Document:
     Raises
     ------
     SceneError
-        a file is wrong, missing, includes itself, or lies outside of the folder of ``path``; the
+        a file is wrong or missing, includes itself, or lies outside of the folder of ``path``; the
         message names the file and the line
     LimitError
         the included files exceed the memory budget; a file counts each time that it is included
@@ -148,8 +148,8 @@ class _Reader:
         return made
 
     def _statements(self) -> Iterator[tuple[_File, Statement]]:
-        """Yield each statement with its file; an included file's statements replace the include
-        statement."""
+        """Yield each statement with the file that contains it. An included file's statements
+        replace the include statement."""
         top = os.path.realpath(self.path)
         level, opened = 0, {top: (self.files[top], iter(self.files[top].statements))}
         while opened:

@@ -28,8 +28,8 @@ class Keys:
     vertices: np.ndarray
 
     def at(self, time: float) -> np.ndarray:
-        """Return the positions at a time, (v, 3), constant before the first and after the last
-        time."""
+        """Return the positions at a time, (v, 3). They are constant before the first and after the
+        last time."""
         last = len(self.times) - 1
         k = int(np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, max(last - 1, 0)))
         here, there = self.times[k], self.times[min(k + 1, last)]
@@ -148,7 +148,7 @@ def read_textured(tokens: Tokens, keyword: bytes) -> Geometry:
 
 def read_animated(tokens: Tokens) -> Geometry:
     """Return the geometry of a statement ``tpa``: a triangle with vertices and normals at several
-    times, of which only the first normals are used."""
+    times. Only the normals of the first time are used."""
     count = tokens.count("times", 19)
     if not count:
         raise tokens.error("an animated triangle has no times; give one or more", tokens.at - 1)

@@ -2,10 +2,10 @@
 
 The splines are those of D. H. U. Kochanek and R. H. Bartels, "Interpolating Splines with Local
 Tension, Continuity, and Bias Control", SIGGRAPH 1984. For rotations, the same formulas compute
-tangents from the logarithms of the rotations between neighbouring keys, and "Squad", a spherical
-cubic interpolation, gives the rotations between the keys (K. Shoemake, "Quaternion Calculus and
+tangents from the logarithms of the rotations between neighbouring keys. "Squad", a spherical cubic
+interpolation, then gives the rotations between the keys (K. Shoemake, "Quaternion Calculus and
 Fast Animation", SIGGRAPH 1987 course notes). The first and the last key only affect the tangents
-at their neighbours; the motion does not pass through them.
+at their neighbours; the motion does not pass through these two keys.
 """
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FEWEST = 4      # the smallest number of keys of a spline
 
 
 class _Segments:
-    """The times of a spline's segments, between the keys 1 and 2, 2 and 3, ... n - 3 and n - 2.
+    """The times of a spline's segments. Segment k is between keys k + 1 and k + 2, for k from 0.
 
     Parameters
     ----------
@@ -43,8 +43,8 @@ class _Segments:
                 self._arrive[0][:, None] * own + self._arrive[1][:, None] * after)
 
     def at(self, time: float) -> tuple[int, float]:
-        """Return the segment of a time, and the position in it, from 0 to 1; outside of all
-        segments, the nearest end."""
+        """Return the segment of a time, and the position in the segment, from 0 to 1; outside of
+        all segments, the nearest end."""
         if not self.first[0] < time:
             return 0, 0.0
         if not time < self.last[-1]:
@@ -54,8 +54,8 @@ class _Segments:
 
 
 def _over(length: np.ndarray, span: np.ndarray) -> np.ndarray:
-    """Return length / span, or 0 where span is 0: the tangents there are not used if times
-    ascend."""
+    """Return length / span, or 0 where span is 0. If times ascend, no tangent with span 0 is
+    used."""
     return np.divide(length, span, out=np.zeros_like(length), where=span != 0)
 
 
@@ -84,7 +84,7 @@ class Spline:
 
 
 class RotationSpline:
-    """Rotations along a spline, the shorter way between consecutive keys.
+    """Rotations along a spline, by the shorter way between consecutive keys.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _log(q: np.ndarray) -> np.ndarray:
-    """Return the logarithms of (n, 4) unit quaternions, (n, 3), as they have no real part."""
+    """Return the logarithms of (n, 4) unit quaternions, (n, 3), without the real parts, 0."""
     sine = np.linalg.norm(q[:, 1:], axis=1, keepdims=True)
     angle = np.arctan2(sine, q[:, :1])
     return q[:, 1:] * np.divide(angle, sine, out=np.ones_like(sine), where=sine > 1e-12)
@@ -139,8 +139,8 @@ def _exp(v: np.ndarray) -> np.ndarray:
 
 
 def _slerp(p: np.ndarray, q: np.ndarray, u: float) -> np.ndarray:
-    """Return the unit quaternion at u on the arc from p to q, with the bits of p at 0 and of q at
-    1."""
+    """Return the unit quaternion at u on the arc from p to q; exactly p at u = 0, exactly q at
+    u = 1."""
     angle = np.arctan2(np.linalg.norm(p - q), np.linalg.norm(p + q)) * 2
     if u in (0, 1) or np.sin(angle) < 1e-9:
         return q if u == 1 else p

@@ -11,7 +11,7 @@ from .keyframes import KeyedMotion
 class Placement:
     """The vertices of all instances under their transforms; can be pickled.
 
-    All arithmetic is in float64, with products summed in a fixed order, so all machines get the
+    All arithmetic is in float64, and products are summed in a fixed order. So all machines get the
     same bits.
 
     Attributes
@@ -84,7 +84,7 @@ class Placement:
 
     @property
     def group(self) -> np.ndarray:
-        """(v,) a number for each vertex; vertices with the same number have the same transform."""
+        """A number for each vertex, (v,). Vertices with the same number share a transform."""
         made = np.repeat(self.node, np.diff(self.first))
         for k in self._keys:    # each of these vertices moves on its own
             some = slice(self.first[k], self.first[k + 1])
@@ -92,9 +92,9 @@ class Placement:
         return made
 
     def _blocks(self, moving: bool) -> list[tuple[int, int, int]]:
-        """Return the ranges of vertices that move or, if ``moving`` is false, do not move: first
-        vertex, end, and an instance of the range. Consecutive instances under the same transform
-        form one range, unless their geometry has ``keys``.
+        """Return the ranges of vertices that move; or, if ``moving`` is false, the ranges that do
+        not move. A range is (first vertex, end, an instance). Consecutive instances under the same
+        transform form one range, unless their geometry has ``keys``.
         """
         blocks: list[tuple[int, int, int]] = []
         for k, node in enumerate(self.node.tolist()):

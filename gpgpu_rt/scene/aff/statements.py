@@ -82,7 +82,7 @@ Statement: TypeAlias = (Open | Close | Include | Detail | Background | Span | Ke
 
 
 def read_statements(tokens: Tokens) -> list[Statement]:
-    """Return the statements of a file; each block is closed.
+    """Return the statements of a file. Each `Open` has its `Close`.
 
     Raises
     ------

@@ -18,9 +18,9 @@ class Surface:
     """A surface of AFF.
 
     The shininess of a fill statement is ignored: the specular share reflects like a mirror, as the
-    authors of BART require of ray tracers. The ambient share is ignored too, because the
-    environment lights the scene. Only a surface without diffuse and specular shares, such as the
-    garden behind BART's kitchen, uses its ambient share as its diffuse share.
+    authors of BART require. The ambient share is ignored too, because the environment lights the
+    scene. One kind of surface uses its ambient share as its diffuse share: a surface whose diffuse
+    and specular shares are 0, such as the garden behind BART's kitchen.
 
     Attributes
     ----------
@@ -39,8 +39,8 @@ class Surface:
 
         Parameters
         ----------
-        ambient, diffuse, specular : (3,) shares; the specular share is reduced where it and the
-            diffuse share add up to more than 1
+        ambient, diffuse, specular : (3,) shares; the specular share is reduced where specular and
+            diffuse add up to more than 1
         transmittance : the share of light that passes through
         ior : the refractive index; 0 means 1
         """

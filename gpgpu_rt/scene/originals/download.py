@@ -15,11 +15,11 @@ from ...errors import Error, OptionError
 from .sources import SourceFile, is_url
 
 TRIES = 5              # a download fails after this many connections in a row without a new byte
-# Seconds before the next connection; doubled by each connection without a new byte.
+# Seconds before the next connection. Each connection without a new byte doubles the wait.
 FIRST_WAIT = 0.2
 SECONDS = 30           # longest wait for an answer of the server
 BLOCK = 1 << 16        # bytes
-# Read a file that was changed on the server to its end, so that the message can name its digest,
+# If the file has changed on the server, read all of it, so that the message can name its digest;
 # but stop at this multiple of the expected size.
 LARGEST = 4
 _AGAIN = (408, 425, 429, 500, 502, 503, 504)     # HTTP statuses of a server that may recover
@@ -84,8 +84,8 @@ def download(file: SourceFile, base: str | None, partial: Path, report: Report) 
     ----------
     file : the file to download
     base : URL or folder of a copy of the originals; None for the repository itself
-    partial : the path to write. An interrupted download is kept there for a later call. A file
-        with the wrong size or digest is removed
+    partial : the path to write. An interrupted download stays there for a later call. A file with
+        the wrong size or digest is removed
     report : a function that shows the progress
 
     Raises
@@ -141,7 +141,7 @@ def _read_all(file: SourceFile, source: str, partial: Path, report: Report) -> N
         except urllib.error.HTTPError as failure:
             failure.close()
             said = f"{source}: the server answers {failure.code} {failure.reason}"
-            if failure.code == 416:     # the server's file is shorter than the part that is here
+            if failure.code == 416:     # the server's file is shorter than ``partial``
                 partial.unlink(missing_ok=True)
             elif failure.code not in _AGAIN:
                 raise Error(f"{said}; name another source by --from") from None
@@ -163,7 +163,7 @@ def _read_all(file: SourceFile, source: str, partial: Path, report: Report) -> N
 
 
 def _append(file: SourceFile, stream: _Incoming, partial: Path, report: Report) -> None:
-    """Write a stream's bytes to ``partial``, from the stream's start on."""
+    """Write a stream's bytes to ``partial``, beginning at position ``stream.start``."""
     limit = LARGEST * file.size
     with open(partial, "r+b" if partial.is_file() else "wb") as output:
         output.truncate(stream.start)

@@ -64,7 +64,7 @@ def is_url(base: str) -> bool:
 
 @functools.cache
 def source_files() -> dict[str, tuple[SourceFile, ...]]:
-    """Return the files of each scene that can be fetched, by scene."""
+    """Return scene -> files, for each scene that can be fetched."""
     found: dict[str, list[SourceFile]] = {}
     text = (importlib.resources.files(_PACKAGE) / "sources.csv").read_text(encoding="utf-8")
     for row in csv.DictReader(text.splitlines()):

@@ -23,8 +23,7 @@ CLOTH_CELLS = 158    # cells along a side of the cloth, which gives 49,928 trian
 class Motion:
     """The motion of a built-in scene.
 
-    vertices : for a frame number, returns (v, 3) float32 vertices or (n, 3, 3) triangles, world
-        units
+    vertices : maps a frame number to (v, 3) float32 vertices or (n, 3, 3) triangles, world units
     faces : returns (n, 3) int32 indices of vertices; None if ``vertices`` returns triangles
     """
 

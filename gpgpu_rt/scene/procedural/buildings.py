@@ -1,8 +1,8 @@
 """Buildings: procedural scenes that stand in for Soda Hall and the Power Plant.
 
-The stand-ins have the properties of the originals that matter for ray tracing: millions of
-triangles, as many as the original, most of them small and hidden, and large walls and floors
-around many small objects. In Soda Hall, rooms hide each other; the Power Plant has no walls
+The stand-ins have the properties of the originals that matter for ray tracing. Each stand-in has
+as many triangles as its original: millions, most of them small and hidden. Large walls and floors
+surround many small objects. In Soda Hall, rooms hide each other; the Power Plant has no walls
 between its many thin parts.
 """
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .shapes import ball, boxes, bump, floor, place, revolve, smooth, tube
 PLASTER, CARPET, WOOD, STEEL, CONCRETE, GROUND = (
     (0.74, 0.72, 0.66), (0.36, 0.38, 0.42), (0.50, 0.34, 0.21), (0.55, 0.58, 0.62),
     (0.60, 0.59, 0.56), (0.42, 0.40, 0.36))
-SODA_HALL, POWER_PLANT = 2_169_132, 12_748_510   # triangles, as in the survey's Figure 22
+SODA_HALL, POWER_PLANT = 2_169_132, 12_748_510   # triangles, as in Hachisuka's survey, Figure 22
 
 # Soda Hall -------------------------------------------------------------------------------------
 
@@ -50,7 +50,7 @@ def sodahall() -> Built:
     pieces.add(boxes(np.stack([x, y, low], 1), np.stack([x + 0.12, up, high], 1)), PLASTER)
     pieces.add(boxes(np.stack([x, y, far_z - 0.05], 1), np.stack([x + width, y + 1.0,
                                                                   far_z + 0.05], 1)), PLASTER)
-    # Two boxes leave a doorway free: the wall beside the door, and the part above it.
+    # Two boxes leave a doorway free: the wall beside the door, and the wall above the door.
     for begin, end, bottom in ((1.4, width, 0.0), (0.0, 1.4, 2.2)):
         pieces.add(boxes(np.stack([x + begin, y + bottom, wall_z - 0.06], 1),
                          np.stack([x + end, up, wall_z + 0.06], 1)), PLASTER)

@@ -25,7 +25,7 @@ class Built:
     light : (3,) position of the point light
     intensity : (3,) intensity of the point light
     charts : as in Scene, if the scene is a geometry image
-    appearance : further arguments of Scene, such as materials and normals; lights replace
+    appearance : further arguments of Scene, such as materials and normals; its ``lights`` replace
         ``light``
     """
 
@@ -49,8 +49,8 @@ class Pieces:
         return sum(len(part) for part in self._triangles)
 
     def add(self, triangles: np.ndarray, colour: Colour) -> None:
-        """Add (k, 3, 3) triangles with a colour, (3,), or m colours, (m, 3), for k / m triangles
-        each."""
+        """Add (k, 3, 3) triangles in one colour, (3,), or in m colours, (m, 3), each for k / m
+        consecutive triangles."""
         colour = np.atleast_2d(np.asarray(colour, np.float64))
         self._triangles.append(triangles)
         self._colours.append(np.repeat(colour, len(triangles) // len(colour), axis=0))

@@ -2,7 +2,7 @@
 
 Quadrilaterals, reflectances (as RGB) and camera are from "The Cornell Box", Cornell University
 Program of Computer Graphics. One departure: the lamp hangs half a millimetre below the ceiling
-instead of in its plane, so that no two triangles coincide.
+instead of in the ceiling's plane, so that no two triangles coincide.
 """
 from __future__ import annotations
 

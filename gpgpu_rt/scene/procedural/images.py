@@ -16,7 +16,7 @@ PAINT, RUBBER = (0.62, 0.10, 0.09), (0.10, 0.10, 0.11)
 
 def boulder() -> Built:
     """Return a closed rock of six charts: 49,152 triangles. The charts are the sides of a cube,
-    projected to a sphere and displaced; their borders are bit-identical."""
+    projected to a sphere and displaced; neighbouring charts have bit-identical borders."""
     cells = 64
     along = 2 * np.arange(cells + 1) - cells
     charts = []

@@ -1,4 +1,4 @@
-"""Lit: scenes with mirrors, glass and lamps, mostly for the survey's Figures 1 and 7."""
+"""Lit: scenes with mirrors, glass and lamps, mostly for Hachisuka's survey, Figures 1 and 7."""
 from __future__ import annotations
 
 import numpy as np
@@ -30,8 +30,8 @@ def _tiles() -> Material:
 
 def _built(parts: list[tuple[np.ndarray, Material, bool]], camera: Camera, *,
            uv: np.ndarray | None = None, **said: object) -> Built:
-    """Return a scene of (triangles, material, smooth) parts. ``uv`` are the first part's texture
-    coordinates, ``said`` further arguments of Scene."""
+    """Return a scene of (triangles, material, smooth) parts. ``uv`` has the first part's texture
+    coordinates, and ``said`` has further arguments of Scene."""
     triangles = np.concatenate([part for part, _, _ in parts])
     materials = tuple({material.name: material for _, material, _ in parts}.values())
     row = np.concatenate([np.full(len(part), materials.index(material))
@@ -55,9 +55,9 @@ def cornell_light() -> Built:
     """Return the Cornell box with its lamp as the light: 38 triangles.
 
     The lamp's radiance is a coarse RGB form of Cornell's spectrum: 18.4, 15.6 and 8. The lamp lies
-    in a hole of the ceiling, as in Cornell's box. Below the ceiling, its back would light the gap
-    very brightly, and paths would find the gap so rarely that it would cause most of a path
-    tracer's noise.
+    in a hole of the ceiling, as in Cornell's box. If the lamp hung below the ceiling, its back
+    would light the gap above it very brightly. Paths would find this gap so rarely that it would
+    cause most noise.
     """
     box, ceiling = cornell.make(), 2
     triangles, colours = np.asarray(box.triangles, np.float64), np.asarray(box.colours)

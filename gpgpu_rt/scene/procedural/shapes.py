@@ -10,8 +10,8 @@ from ...threads import threads
 
 
 def patch(points: np.ndarray) -> np.ndarray:
-    """Return the triangles between a grid of points, (r, c, 3), without triangles with two equal
-    corners, as at a pole."""
+    """Return the triangles between a grid of points, (r, c, 3). Omit triangles with two equal
+    corners, which occur at a pole."""
     a, b = points[:-1, :-1], points[:-1, 1:]
     c, d = points[1:, 1:], points[1:, :-1]
     triangles = np.stack((np.stack((a, b, c), 2), np.stack((a, c, d), 2)), 2).reshape(-1, 3, 3)
@@ -127,7 +127,7 @@ def place(triangles: np.ndarray, positions: np.ndarray, yaw: np.ndarray | float 
 
 
 def noise(points: np.ndarray, wavelength: float, seed: int) -> np.ndarray:
-    """Return smooth noise of about [-1, 1] at points (..., 3), equal at equal points."""
+    """Return smooth noise in about [-1, 1] at points (..., 3), equal at equal points."""
     rng = np.random.default_rng(seed)
     waves = rng.normal(size=(3, 12))
     waves *= 2 * np.pi / wavelength * rng.uniform(0.5, 1.2, 12) / np.linalg.norm(waves, axis=0)
@@ -144,11 +144,11 @@ def bump(triangles: np.ndarray, height: float, wavelength: float, seed: int = 0)
 
 
 def divide(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Split triangles until there are exactly `count`. Return the new triangles, and for each the
-    index of its original.
+    """Split triangles until there are exactly `count`. Return the new triangles, and the index of
+    each new triangle's original.
 
-    Split the largest triangles in three at their centroid, which keeps their edges whole. If an
-    odd number is missing, cut one more triangle in two across its longest edge.
+    Split the largest triangles in three at their centroid, so that their edges stay whole. If an
+    odd number is missing, cut one more triangle in two at the middle of its longest edge.
     """
     extra = count - len(triangles)
     if not 0 <= extra <= 2 * len(triangles) - 1:

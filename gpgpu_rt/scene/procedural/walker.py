@@ -14,8 +14,8 @@ SWING = 0.32           # radians; largest angle of a leg forwards and backwards
 BEND = 0.7             # radians; largest bend of a knee while its foot is in the air
 HIP = 1.45             # height of the hips in world units; the animal is about four units long
 RADIUS = 3.2           # radius of the circle on which the animal walks, world units
-# (x, z) of each leg's hip -> the leg's phase as a share of a step: hind and front leg of one side,
-# then of the other.
+# (x, z) of each leg's hip -> the leg's phase as a share of a step: hind leg and front leg of one
+# side, then of the other side.
 GAIT = {(1.1, -0.4): 0.0, (-1.1, -0.4): 0.25, (1.1, 0.4): 0.5, (-1.1, 0.4): 0.75}
 # Indices of bones. From index LEGS on, each leg has two bones: a thigh and a shin.
 TORSO, HEAD, TAIL, LEGS = 0, 1, 2, 3
@@ -49,8 +49,8 @@ def walker_at(seconds: float) -> np.ndarray:
 
 
 def _pose(step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rotation of each bone, (3, 3), and the translation after it, (3,). ``step`` is
-    the time in steps."""
+    """Return each bone's rotation, (3, 3), and its translation after the rotation, (3,). ``step``
+    is the time in steps."""
     joints, parents, angles = [(0.0, 0.0, 0.0)], [-1], [0.0]
 
     def bone(joint: tuple[float, float, float], parent: int, angle: float) -> int:

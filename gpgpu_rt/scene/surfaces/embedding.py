@@ -2,8 +2,8 @@
 
 Each inner vertex lies at a weighted mean of its neighbours. With a convex boundary, any positive
 weights give an embedding (W. Tutte, "How to draw a graph", 1963). The weights of mean value
-coordinates (M. Floater, 2003) preserve shapes well. They are made symmetric here, as conjugate
-gradients require.
+coordinates (M. Floater, 2003) preserve shapes well. This module makes the weights symmetric, which
+conjugate gradients require.
 """
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
     border : (b,) vertices of the boundary
     places : (b, 2) the fixed positions of the vertices ``border``
     size : cells along a side of the square
-    guess : (f, 2) approximate positions of the faces, from which the solver starts; None for the
-        centre
+    guess : (f, 2) approximate positions of the faces, from which the solver starts; None to start
+        at the centre
     tolerance : the solver stops when the residual is this share of the residual with all inner
         vertices at the centre
     """
@@ -36,7 +36,7 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
     sine = np.linalg.norm(np.cross(one, two), axis=2)
     half = np.clip(np.arctan2(sine, (one * two).sum(axis=2)) / 2, 1e-3, np.pi / 2 - 1e-3)
     length = np.maximum(mesh.lengths.reshape(-1, 3), 1e-9 * mesh.size)
-    # Each of the two faces at an edge contributes half of its mean value weight.
+    # Each of the two faces at an edge contributes half of the edge's mean value weight.
     weight = ((np.tan(half) + np.tan(np.roll(half, -1, axis=1))) / length).reshape(-1)
     count = len(mesh.vertices)
     pairs, pair = np.unique(np.concatenate([mesh.start * count + mesh.end,
@@ -49,8 +49,8 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
     free[border] = 0
 
     def missed(at: np.ndarray) -> np.ndarray:
-        """Return the residual of each free vertex: the weighted sum of its position minus its
-        neighbours'. Positions are complex: row + i column."""
+        """Return the residual of each free vertex: the weighted sum of its differences from its
+        neighbours. Positions are complex: row + i column."""
         return (total * at - np.add.reduceat(pull * at[there], first)) * free
 
     at = np.full(count, (0.5 + 0.5j) * size)
@@ -63,7 +63,7 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
         at = np.where(free > 0, row + 1j * column, at)
         left = -missed(at)
     # The preconditioner has two levels. A coarse matrix over patches of vertices reduces errors
-    # that extend over many vertices, the diagonal of the full matrix reduces local errors.
+    # that extend over many vertices; the diagonal of the full matrix reduces local errors.
     patches = min(count // 16 + 1, PATCHES)
     patch = np.empty(count, np.int64)
     patch[morton_order(mesh.vertices if guess is None else

@@ -17,8 +17,8 @@ from ..scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class GeometryImage:
-    """A surface as charts: images of positions, in which 2 x 2 neighbouring texels form a cell of
-    two triangles.
+    """A surface as charts. A chart is an image of positions, in which 2 x 2 neighbouring texels
+    form a cell of two triangles.
 
     Two charts meet without a gap if their borders hold the same positions. The corners of the cell
     (i, j) are the texels a = (i, j), b = (i, j + 1), c = (i + 1, j + 1) and d = (i + 1, j); its
@@ -77,8 +77,8 @@ class GeometryImage:
         return GeometryImage([part.reshape(*shape, 3) for part, shape in zip(parts, self.shapes)])
 
     def normals(self) -> list[np.ndarray]:
-        """Return the unit normals of each chart, (rows, columns, 3) float32, equal for texels at
-        the same position, along a seam or at a pole."""
+        """Return the unit normals of each chart, (rows, columns, 3) float32. Texels at the same
+        position, as on a seam or at a pole, have equal normals."""
         positions, faces = self.positions, self.faces
         places, place = np.unique(positions, axis=0, return_inverse=True)
         place = place.reshape(-1)
@@ -112,8 +112,8 @@ class GeometryImage:
         return cls(charts)
 
     def scene(self, **settings: Any) -> Scene:
-        """Return a scene of the triangles. The method `geometry-image` traces the charts, every
-        other method the triangles.
+        """Return a scene of the triangles. The method `geometry-image` traces the charts; every
+        other method traces the triangles.
 
         Parameters
         ----------

@@ -1,7 +1,7 @@
 """Parametrise: maps a disc or a closed surface of genus 0 to a geometry image (Gu et al. 2002).
 
-A closed surface is cut open along paths of edges. Its boundary is mapped to the border of the
-square so that each path covers a whole number of texels: the two sides of a cut have the same
+A closed surface is cut open along paths of edges. The boundary is mapped to the border of the
+square so that each path covers a whole number of texels. The two sides of a cut then have the same
 samples, and the surface closes without a gap. The inner vertices are embedded in the square, and
 the surface is sampled at the texels. A part that the embedding shrinks too much gets another cut.
 """
@@ -23,9 +23,9 @@ from .resampling import cross, rasterised
 from .surface_mesh import SurfaceMesh
 
 CUTS = 8              # largest number of additional cuts
-# Warn if the image is further from the surface than this share of its extent.
+# Warn if the image is further from the surface than this share of the surface's extent.
 FAR = 0.02
-# Cut to the most shrunk face if it shrinks more than this factor times the median.
+# Cut to the most shrunk face if its shrinkage exceeds this factor times the median.
 STRETCHED = 12.0
 # The solver's tolerances: for the final embedding, and for choosing cuts.
 TOLERANCE, ROUGH = 1e-5, 1e-3
@@ -88,10 +88,10 @@ def parametrise(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: i
 
     Parameters
     ----------
-    scene : an argument of `load_scene`. Corners at the same position become one vertex; all holes
-        but the one with the longest boundary are closed
+    scene : an argument of `load_scene`. Corners at the same position become one vertex. All holes
+        are closed, except the hole with the longest boundary
     size : cells along a side of the image
-    cuts : largest number of cuts to parts that the embedding shrinks too much
+    cuts : largest number of additional cuts towards parts that the embedding shrinks too much
 
     Raises
     ------
@@ -122,8 +122,8 @@ def parametrise(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: i
 def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> Parametrisation:
     """Return the flattened surface, after cutting from the boundary to the most shrunk faces.
 
-    A closed surface is first cut along a path from the vertex furthest from the centre to the
-    vertex furthest from this vertex along edges.
+    A closed surface is first cut along a path of edges. The path leads from the vertex furthest
+    from the centre to the vertex furthest from the first vertex along edges.
     """
     along = np.zeros(len(mesh.start), bool)
     if (mesh.twin >= 0).all():
@@ -238,8 +238,8 @@ def _square(at: np.ndarray, size: int) -> np.ndarray:
 
 def _flattened(mesh: SurfaceMesh, loop: np.ndarray, at: np.ndarray, size: int,
                guess: np.ndarray | None, tolerance: float) -> np.ndarray:
-    """Return (v, 2) row and column of each vertex; the loop's half-edges start ``at`` these
-    positions around the image's border."""
+    """Return (v, 2) row and column of each vertex. ``at`` has the positions around the image's
+    border where the loop's half-edges start."""
     at = at.copy()
     for corner in range(1, 4):    # move the nearest vertex to each corner of the image
         at[np.argmin(np.abs(at - corner * size))] = corner * size

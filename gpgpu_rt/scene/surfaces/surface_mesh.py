@@ -56,8 +56,8 @@ class SurfaceMesh:
         Raises
         ------
         SceneError
-            two triangles run along an edge in the same direction, as they must if more than two
-            share it
+            two triangles run along an edge in the same direction. This always happens if more
+            than two triangles share an edge
         """
         key = self.start * len(self.vertices) + self.end
         order = np.argsort(key, kind="stable")
@@ -154,8 +154,8 @@ class SurfaceMesh:
         return distance
 
     def path(self, distance: np.ndarray, end: int) -> list[int]:
-        """Return the vertices of a shortest path from ``end`` to the nearest of the sources whose
-        `distances` are ``distance``."""
+        """Return the vertices of a shortest path from ``end`` to the nearest source. ``distance``
+        is the result of `distances` for the sources."""
         first, count, there, far = self._neighbours
         way = [int(end)]
         while distance[way[-1]] > 0:
@@ -172,14 +172,14 @@ class SurfaceMesh:
 
     def cut(self, along: np.ndarray) -> tuple[SurfaceMesh, np.ndarray]:
         """Cut the mesh along the half-edges that ``along``, (3 f,) bool, marks. Return the new
-        mesh, in which each side of the cut has its own vertices, and the original vertex of each,
-        (w,) int64. Faces and half-edges keep their numbers.
+        mesh and the original vertex of each new vertex, (w,) int64. Each side of the cut has its
+        own vertices. Faces and half-edges keep their numbers.
         """
         kept = np.flatnonzero((self.twin >= 0) & ~along)
         after = np.arange(len(self.start)).reshape(-1, 3)
         after = np.roll(after, -1, axis=1).reshape(-1)
-        # A corner has the number of the half-edge that starts at it. At each end of an edge that
-        # is not cut, the corners of its two faces are the same vertex.
+        # A corner has the number of the half-edge that starts there. At each end of an edge that
+        # is not cut, the corners of the edge's two faces are the same vertex.
         label = same_labels(len(self.start), np.concatenate([kept, after[kept]]),
                             np.concatenate([after[self.twin[kept]], self.twin[kept]]))
         corner, faces = np.unique(label, return_inverse=True)
@@ -188,8 +188,8 @@ class SurfaceMesh:
 
 
 def same_labels(count: int, one: np.ndarray, two: np.ndarray) -> np.ndarray:
-    """Return (count,) int64, the least index in the connected component of each item, where item
-    one[i] is connected with item two[i]."""
+    """Return (count,) int64, the lowest index in each item's connected component. Item one[i] is
+    connected with item two[i]."""
     label = np.arange(count)
     while True:
         lowest = np.minimum(label[one], label[two])

@@ -131,8 +131,8 @@ class EntryPoints(MethodDriver):
 class EntryTiles:
     """The tiles of one size: their beams, their entries, and the entries as lists for rays.
 
-    A pass writes entries into several textures; another copies them into the single texture that
-    rays read.
+    A pass writes entries into several textures. Another pass copies the entries into the single
+    texture that rays read.
     """
 
     def __init__(self, owner: EntryPoints, size: tuple[int, int]) -> None:

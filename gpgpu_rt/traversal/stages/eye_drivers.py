@@ -1,4 +1,4 @@
-"""Eye drivers: in drivers of eye rays, the rasteriser bounds hit distances or finds hits."""
+"""Eye drivers: wraps a driver so that the rasteriser bounds or finds the hits of eye rays."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ from .rasterised_bounds import RasterisedBounds, check_bounds
 
 
 class EyeDrivers:
-    """The drivers that wrap a method's own driver, made on demand: rasterised first hits, and
+    """Makes, on demand, the drivers that wrap a method's own driver: rasterised first hits, and
     rasterised bounds."""
 
     def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
@@ -68,8 +68,7 @@ class EyeDrivers:
                 driver = helper
 
     def lose_triangles(self) -> None:
-        """Record that the host does not know the positions of moved triangles. ``take`` supplies
-        them."""
+        """Record that the host does not know the positions of moved triangles, until ``take``."""
         self._lost = True
 
     def bytes(self) -> int:

@@ -1,25 +1,25 @@
-"""First hits: the rasteriser finds the hits of eye rays. With "rasterised", they equal traced hits
-to the bit.
+"""First hits: the rasteriser finds the hits of eye rays. With first_hits="rasterised", the hits
+equal traced hits to the bit.
 
-The survey (section 5) calls tracing eye rays equivalent to rasterisation. But rasterisers snap
-corners to a grid and interpolate depth, so some pixels show a triangle that their ray misses, or
-do not show a triangle that their ray hits. The steps:
+Hachisuka's survey (section 5) calls tracing eye rays equivalent to rasterisation. But rasterisers
+snap corners to a grid and interpolate depth. So some pixels show a triangle that their ray misses,
+or do not show a triangle that their ray hits. The steps:
 
 1. ``first_sieve`` removes triangles that no ray of the image can hit.
 2. ``first_drawn`` rasterises the remaining triangles. The depth test keeps one triangle in each
    pixel: the pixel's candidate.
 3. In ``first_verified``, each ray tests its candidate by the triangle test that all methods use.
 4. ``first_rivals`` looks for rivals: triangles that a ray hits before the pixel's candidate. For
-   each triangle, the program tests the pixels whose rays can hit the triangle, except pixels that
-   show the triangle or a candidate certainly in front of it. A triangle that covers many pixels is
-   searched in parts of the image. ``first_packed`` and ``first_blocks`` prepare the search.
-   ``first_doubt`` marks the pixels with a rival.
+   each triangle, the program tests the pixels whose rays can hit the triangle. It skips pixels
+   that show the triangle, or a candidate certainly in front of the triangle. A triangle that
+   covers many pixels is searched in parts of the image. ``first_packed`` and ``first_blocks``
+   prepare the search. ``first_doubt`` marks the pixels with a rival.
 5. A ray is in doubt if it misses its candidate, or if its pixel has a rival. The rays in doubt are
    gathered and traced by the tracer's method, and their hits are scattered back.
 
-Every result of the rasteriser is checked before use, so hits do not depend on its rounding.
-``glsl/stages/cover.glsl`` bounds the rays that can hit a triangle. With "verified", step 4 is left
-out, so a hit need not be the nearest.
+Every result of the rasteriser is checked before use, so its rounding does not change hits.
+``glsl/stages/cover.glsl`` bounds the rays that can hit a triangle. "verified" omits step 4, so a
+hit need not be the nearest.
 """
 from __future__ import annotations
 
@@ -57,17 +57,17 @@ MOST_PIXELS = 24     # split the search into parts if a triangle's extent in pix
 MOST_IN_DOUBT = 0.5  # if a larger share of the rays is in doubt, all rays are traced
 TRACED_ROW = 64      # length of a row of rays in doubt; rows keep neighbours together for packets
 BEFORE, MANY = 1, 2   # as in stages/verdict.glsl
-# Use the rasteriser only if the distance from the eye to the scene's farthest corner, and the
-# lengths of the camera's right and up, are in this range: outside, the triangle test or the bounds
-# could overflow or underflow.
+# Use the rasteriser only if three lengths are in this range: the distance from the eye to the
+# scene's farthest corner, and the lengths of the camera's vectors right and up. Outside the range,
+# the triangle test or the bounds could overflow or underflow.
 SCALES = 1e-6, 1e10
 
 
 def check_first_hits(first_hits: str, options: Mapping[str, Any]) -> bool:
     """Return whether the rasteriser is needed for a value of the option ``first_hits``.
 
-    With "rasterised", each hit is proved to be the first hit of its ray; with "verified", only to
-    be a hit.
+    With "rasterised", each hit is proved to be the first hit of its ray. With "verified", each hit
+    is proved only to be a hit.
 
     Raises
     ------
@@ -216,8 +216,8 @@ class FirstHits(DriverBase):
 
     def _rivals(self, image: FirstImage, rays: RayTextures, final: Target, drawn: np.ndarray,
                 view: dict[str, object]) -> list[np.ndarray]:
-        """Return the rivals, the triangles that come before a candidate, as two (k, 3) PART
-        arrays: from a search of the whole image, and from searches of parts."""
+        """Return the rivals, the triangles that come before a candidate, as two (k, 3) arrays of
+        PART fields: from a search of the whole image, and from searches of parts."""
         side = max(rays.size)
         whole = np.pad(drawn[:, None], ((0, 0), (0, 2)))
         verdict = self._judge(image, rays, final, whole, side, MOST_PIXELS, view)
@@ -230,7 +230,7 @@ class FirstHits(DriverBase):
 
     def _judge(self, image: FirstImage, rays: RayTextures, final: Target, parts: np.ndarray,
                side: int, most_pixels: int, view: dict[str, object]) -> dict[str, np.ndarray]:
-        """Return the VERDICT fields of ``parts``, (k, 3) PART.
+        """Return the VERDICT fields for ``parts``, (k, 3) PART fields.
 
         A part has ``side`` x ``side`` pixels. The verdict is MANY for a triangle that covers more
         than ``most_pixels`` pixels along an axis of its part.
@@ -256,7 +256,7 @@ class FirstHits(DriverBase):
 
     def _mark(self, image: FirstImage, rays: RayTextures, final: Target, rivals: np.ndarray,
               side: int, view: dict[str, object]) -> None:
-        """Flag each ray that hits one of the ``rivals``, (k, 3) PART, before its candidate."""
+        """Flag each ray that hits one of ``rivals``, (k, 3) PART fields, before its candidate."""
         self._row_pass("first_doubt", "part", 6, (rays.record, HIT)).draw(
             image.doubted, {**self._tables, **rays.samplers(), **final.samplers()}, rivals,
             {**view, **rays.uniforms(), "part_side": side})

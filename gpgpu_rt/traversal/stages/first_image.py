@@ -1,4 +1,4 @@
-"""The render targets of rasterised first hits, as large as the image."""
+"""First image: makes the render targets of rasterised first hits."""
 from __future__ import annotations
 
 import moderngl
@@ -12,8 +12,8 @@ from ...rays.textures import StateBuffers
 from .records import SHOWN, SHOWN_BLOCK, SHOWN_FOUR
 
 # Side of a square in pixels. A triangle is a rival if a ray may hit it before the triangle that
-# the ray's pixel shows. The search for rivals skips a square in which a triangle is hidden, and a
-# square that shows only this triangle.
+# the ray's pixel shows. For each triangle, the search for rivals skips a square that hides the
+# triangle, or that shows only this triangle.
 BLOCK = 8
 # Side in pixels of the parts of the image in which the search treats a large triangle.
 PART_SIDE = 32
@@ -63,8 +63,8 @@ class FirstImage:
 
 
 def cut(rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """Return (k, 3) fields of the record PART, the row of a triangle and the first pixel (x, y) of
-    a part, for each triangle of ``rows`` and each part of its rectangle.
+    """Return the (k, 3) fields of the record PART for each triangle of ``rows`` and each part of
+    its rectangle: the triangle's row, and the first pixel (x, y) of the part.
 
     A rectangle goes from the part ``first`` to the part ``last``. The part in column x and row y
     has the number x + 1024 y.

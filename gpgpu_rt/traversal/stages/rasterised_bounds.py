@@ -1,6 +1,6 @@
 """Rasterised bounds: a coarse rasterisation bounds the interval of each eye ray's hit.
 
-The survey proposes such bounds in section 5. Triangles are drawn over tiles of the image. For each
+Hachisuka's survey proposes such bounds (section 5). Triangles are drawn over image tiles. For each
 tile, MIN blending keeps the depths between which the tile's rays can hit something. Rays are
 traced only between these depths.
 """

@@ -1,6 +1,6 @@
-"""Sorts rays before a traversal by any driver.
+"""Sorted rays: sorts the rays before any driver traces them.
 
-The survey proposes sorting (section 4.3) without measuring it. A ray's key consists of the cells
+Hachisuka's survey proposes sorting (section 4.3) without measuring it. A ray's key has the cells
 where the ray begins and where it leaves the scene (see ``gl/algorithms/sort.py``). The sorted rays
 fill squares of 8x8 texels, so packets and tiles hold coherent rays. Hits are then written back to
 the places of their rays.
@@ -58,7 +58,7 @@ class SortedRays(MethodDriver):
         return final, stopped
 
     def order(self, rays: RayTextures) -> np.ndarray:
-        """Return the indices of the rays in sorted order, (n,) int32. Each 64 consecutive rays
+        """Return the indices of the rays in sorted order, (n,) int32. Every 64 consecutive rays
         fill a square of texels."""
         with self.gpu, StreamRoom(self.gpu) as room:
             return self._sorted_keys(room, rays).read()["index"]

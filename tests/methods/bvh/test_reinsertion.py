@@ -82,7 +82,7 @@ def test_no_place_is_better_than_the_one_found(seed: int) -> None:
 @pytest.mark.parametrize("count", [4, 30, 1000])
 @seeds
 def test_who_moves_at_once_breaks_no_tree(count: int, seed: int) -> None:
-    """Many moves in one round leave a complete tree, and never raise its cost."""
+    """Many moves in one round keep the tree complete and never raise its cost."""
     tree, triangles = scrambled(count, seed)
     first = before = area(tree, triangles)
     for _ in range(4):
@@ -104,8 +104,8 @@ def balanced() -> LooseTree:
 
 @seeds
 def test_where_all_together_gain_nothing_the_better_half_moves(seed: int) -> None:
-    """If all moves together do not lower the cost, only the half of the moves with the larger
-    gains is made."""
+    """If all moves together do not lower the cost, only half of them are made: the moves with the
+    larger gains."""
     triangles = random_soup(32, seed, size=0.05)
     tables = reinsertion._Tables(balanced(), triangles)
     bad = reinsertion._Moves(np.int32([3]), np.int32([55]), np.int32([0]), np.float32([-1]))
@@ -120,8 +120,8 @@ def test_where_all_together_gain_nothing_the_better_half_moves(seed: int) -> Non
 
 
 def test_two_that_would_go_into_one_another() -> None:
-    """The new place of each of two nodes lies below the other node. If both nodes moved, neither
-    would be connected to the root any more."""
+    """Each of two nodes would move to a place below the other node. If both moved, neither would
+    be connected to the root any more."""
     tables = reinsertion._Tables(balanced(), random_soup(32, 1))
     # Node 7 would move to node 55, which lies below node 13 (55 - 27 - 13). Node 13 would move to
     # node 31, which lies below node 7 (31 - 15 - 7).

@@ -1,5 +1,5 @@
-"""SAH and hybrid builds by GPU passes: the trees cost hardly more than the CPU's, and every method
-finds the same hits."""
+"""GPU passes build SAH and hybrid trees. These trees cost hardly more than the CPU's trees, and
+every method finds the same hits."""
 from __future__ import annotations
 
 import numpy as np
@@ -59,8 +59,8 @@ def test_max_depth_is_kept(gpu, max_depth: int) -> None:
 @pytest.mark.parametrize("count", [SMALL // 2, 3 * SMALL])
 @pytest.mark.parametrize("axis", range(3))
 def test_two_heaps_are_parted_first(gpu, axis: int, count: int) -> None:
-    """The first split separates the two heaps, although their triangles alternate. The build finds
-    the split of a small node by a sweep and of a large node by bins, so both sizes are tested."""
+    """The first split separates two distant heaps of triangles, which alternate in the array. A
+    sweep splits a small node, and bins split a large node, so both sizes are tested."""
     heaps = random_soup(2 * count, 32)
     heaps[::2, :, axis] += 50
     bvh = build_bvh_by_passes(gpu, heaps, build="sah")
@@ -69,7 +69,7 @@ def test_two_heaps_are_parted_first(gpu, axis: int, count: int) -> None:
 
 
 def test_hybrid_parts_clusters_as_lbvh_does(gpu) -> None:
-    """The nodes above the clusters have the same boxes as the corresponding nodes of LBVH."""
+    """Nodes above the clusters (triangles of one Morton code) have the same boxes as in LBVH."""
     triangles = random_soup(3000, 33, size=0.02)
     for bits in (1, 2, 4):
         boxes = []

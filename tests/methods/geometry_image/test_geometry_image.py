@@ -34,7 +34,7 @@ def image(shapes: list[tuple[int, int]], seed: int) -> rt.GeometryImage:
 def poles(rows: int = 12, columns: int = 20) -> np.ndarray:
     """Return a sphere with closed seams, (rows, columns, 3).
 
-    The first row and the last row are one point each; the last column equals the first column.
+    The first row is a single point, and so is the last row. The last column equals the first.
     """
     down, around = np.linspace(0, np.pi, rows), np.linspace(0, 2 * np.pi, columns)
     around[-1] = 0
@@ -83,8 +83,8 @@ def test_links_lead_through_every_cell_once(name: str) -> None:
 @pytest.mark.parametrize("storage", ["fp32", "fp16"])
 @pytest.mark.parametrize("name", [*SHAPES, "large", "soup"])
 def test_passes_make_the_boxes_that_numpy_makes(gpu, name: str, storage: str) -> None:
-    """In `large`, levels of the pyramids begin and end within a row of the tables and span several
-    rows."""
+    """In `large`, a level of a pyramid begins within a row of its table, spans several rows and
+    ends within a row."""
     if name == "soup":
         corners = random_soup(5000, 3).reshape(-1, 3)
         scene = rt.Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
@@ -100,8 +100,8 @@ def test_passes_make_the_boxes_that_numpy_makes(gpu, name: str, storage: str) ->
                      .reshape(-1, 4)[:len(tree.miss)] for record in ("min_pyramid", "max_pyramid")]
     for texels, corners, links in zip(found, expected, (tree.miss, tree.hit)):
         assert np.array_equal(texels[:, :3], corners)
-        # In fp32, the links in the fourth channel are equal too: a colour mask protects them from
-        # the passes.
+        # In fp32, the fourth channel holds the tree's links. A colour mask keeps the passes from
+        # overwriting the links.
         assert storage == "fp16" or np.array_equal(texels[:, 3], links)
 
 
@@ -134,7 +134,7 @@ def test_triangles_without_area_are_never_hit(precise_renderer, test: str, seed:
     rng = np.random.default_rng(seed)
     charts = [poles(), sheet((20, 20), seed)]
     charts[1][4:9, 5:8] = charts[1][4, 5]                                       # points
-    # Coordinates of few bits keep the lines exact. The triangle test shears a line, and with
+    # Coordinates with few bits keep the lines exact. The triangle test shears a line, and with
     # rounded coordinates the sheared line may enclose an area.
     one, two = np.arange(20)[:, None] * rng.integers(-9, 9, (2, 1, 3)) / 64
     charts += [np.stack([one, 3 * one, one]) + (2, 0, 1), np.stack([two] * 4) + (-1, 2, 1)]
@@ -155,7 +155,7 @@ def test_triangles_without_area_are_never_hit(precise_renderer, test: str, seed:
 def test_a_coarser_level_is_the_mesh_of_its_quads(precise_renderer, name: str, level: int) -> None:
     """The coarse mesh has every 2^level-th row and column, and the last row and column.
 
-    A hit on a coarse quad names a face of the quad's first cell.
+    A hit on a coarse quad reports a face of the quad's first cell.
     """
     made = image(SHAPES[name], 3)
     scene, step = made.scene(), 2**level
@@ -225,7 +225,7 @@ def test_broken_charts(charts, message: str) -> None:
 
 
 def test_single_triangles_lie_along_the_curve() -> None:
-    """Triangles without charts are sorted along a curve, so neighbours have small common boxes."""
+    """Triangles without charts lie along a Morton curve, so neighbours share small boxes."""
     triangles = random_soup(700, 8)
     tree = build_triangle_image(triangles)
     assert np.array_equal(tree.positions(triangles)[tree.faces], triangles)
@@ -272,7 +272,7 @@ def test_updates_are_fresh_builds(precise_renderer, monkeypatch, options: dict) 
         monkeypatch.setattr(scene_tables, "table_textures", lambda gpu, record, *rest: (
             written.append(record.name) or write(gpu, record, *rest)))
         tracer.update(places[0])
-    assert written == ["position"]    # an update writes positions only
+    assert written == ["position"]
 
 
 def test_updates_of_triangles_that_lose_their_area(precise_renderer) -> None:
@@ -302,7 +302,7 @@ def test_a_soup_is_refitted_too(precise_renderer) -> None:
                                      {"storage": "fp16"}], ids=str)
 @pytest.mark.parametrize("program", ["wave", "twist"])
 def test_deformed_in_a_shader(precise_renderer, program: str, options: dict) -> None:
-    """The hits equal the hits in a new scene, made of the deformed positions that were read back.
+    """The hits equal the hits in a new scene with the deformed positions, which are read back.
 
     A deformation without readback gives the same hits.
     """

@@ -1,4 +1,4 @@
-"""Hybrid kd-trees: Morton prefixes split the upper levels, and SAH splits each cell below."""
+"""Hybrid kd-trees: Morton prefixes split the upper levels, and SAH splits the cells below."""
 from __future__ import annotations
 
 import numpy as np
@@ -14,12 +14,12 @@ from gpgpu_rt.methods.kdtree.tree import LEAF
 @pytest.mark.parametrize("bits", [1, 2, 3])
 @pytest.mark.parametrize("seed", [51, 52])
 def test_upper_levels_halve_the_box_in_turn(seed: int, bits: int) -> None:
-    """The box of an upper node follows from the node's path: x, y and z are halved in turn.
+    """Upper nodes halve x, y and z in turn, so the path to a node determines the node's box.
 
     An upper node is a leaf only if it has no triangle.
     """
     triangles = random_soup(600, seed, size=0.03)
-    triangles[300:] += np.float32([0, 3, 2])        # most of the lattice stays empty
+    triangles[300:] += np.float32([0, 3, 2])        # most cells of the lattice stay empty
     tree = build_kdtree(triangles, build="hybrid", morton_bits=bits)
     lo, hi = tree.boxes()
     step = (tree.hi.astype(float) - tree.lo) / 2 ** bits

@@ -1,5 +1,5 @@
-"""Hybrid kd-trees built by passes: the upper levels equal numpy's, the cost is about the same, and
-the hits are the same."""
+"""GPU passes build hybrid kd-trees whose upper levels equal the upper levels of numpy's trees. The
+cost is about the same, and the hits are the same."""
 from __future__ import annotations
 
 import numpy as np
@@ -24,9 +24,8 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
 @pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in QUICK
                                                else pytest.mark.full) for name in SCENES])
 def test_a_tree_by_passes_gives_the_same_hits(precise_renderer, name: str) -> None:
-    """Random rays, and rays that aim at edges, have the hits of brute force. If a split
-    dropped the triangles in its plane, rays would miss flat triangles in the planes of the Morton
-    lattice."""
+    """Random rays, and rays that aim at edges, have the hits of brute force. The scenes have flat
+    triangles in planes of the Morton lattice, which a split at the plane must not drop."""
     scene = scene_of(SCENES[name]())
     with rt.Tracer(scene, "brute-force") as brute, rt.Tracer(
             scene, "kd-stack", build="hybrid", build_device="gpu") as tracer:
@@ -54,7 +53,7 @@ def test_a_lattice_of_quads(precise_renderer) -> None:
 @pytest.mark.parametrize("options", [{"bins": 7}, {"max_depth": 5}, {"max_depth": 0},
                                      {"traversal_cost": 0.3, "empty_bonus": 0.6}], ids=str)
 def test_options(precise_renderer, options: dict) -> None:
-    """With the same options, both builds give trees of about the same cost."""
+    """With the same options, passes and numpy build trees of about the same cost."""
     triangles = random_soup(500, 2, size=0.05)
     tree = build_kdtree_by_passes(precise_renderer, triangles, build="hybrid", **options)
     other = build_kdtree(triangles, build="hybrid", **options)
@@ -66,10 +65,10 @@ def test_options(precise_renderer, options: dict) -> None:
     (1, 600, 0.2, 1), (3, 3000, 0.03, 3), pytest.param(4, 9000, 0.01, 2)])
 def test_upper_levels_are_numpys(precise_renderer, seed: int, count: int, size: float,
                                  bits: int) -> None:
-    """Split planes agree to the bit. A few nodes are leaves in only one of the trees, because the
-    widening of boxes may add a triangle to a cell in only one tree."""
+    """Split planes agree to the bit. A few nodes are leaves in only one of the two trees: widened
+    boxes may add a triangle to a cell in only one tree."""
     triangles = random_soup(count, seed, size)
-    triangles[count // 2:] += np.float32([0, 3, 2])     # most of the lattice stays empty
+    triangles[count // 2:] += np.float32([0, 3, 2])     # most cells of the lattice stay empty
     one = build_kdtree_by_passes(precise_renderer, triangles, build="hybrid", morton_bits=bits)
     other = build_kdtree(triangles, build="hybrid", morton_bits=bits)
     assert (one.lo == other.lo).all() and (one.hi == other.hi).all()

@@ -17,9 +17,9 @@ STEPPING = [row.name for row in rt.methods()
 
 
 def leaf_sequences(monkeypatch, scene: rt.Scene, method: str, rays, **options) -> list[list[int]]:
-    """Return a list for each ray: the first reference of each leaf that the ray visits, in order.
+    """Return a list per ray: the numbers of the leaves in the order of visits.
 
-    The references are read after every pass.
+    A leaf's number is the index of its first reference, read after every pass.
     """
     sequences: list[list[int]] = [[] for _ in rays[0]]
     before = np.zeros(len(rays[0]), np.int64)
@@ -130,7 +130,7 @@ def test_a_short_stack_costs_few_nodes_more(name: str) -> None:
 @pytest.mark.parametrize("packet", [(2, 2), (4, 4)], ids=str)
 @pytest.mark.parametrize("method", ["kd-packet", "kd-ropes-packet"])
 def test_packets_leave_no_ray_behind(monkeypatch, method: str, packet: tuple[int, int]) -> None:
-    """Rays that reach the packet's step limit are traced to their end ray by ray."""
+    """If a packet reaches its step limit, its live rays are traced singly."""
     scene = soup_scene(300, 8)
     rays = RAY_SETS["random"](scene, 1000, 8)
     with rt.Tracer(scene, method, packet=packet) as tracer:

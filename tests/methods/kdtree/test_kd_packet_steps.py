@@ -1,5 +1,5 @@
-"""Tests of packets in kd-trees under the schedule `step`: a packet votes in one pass, and its rays
-move on in the next pass."""
+"""Tests of packets in kd-trees under the schedule `step`: the rays of a packet vote in one pass,
+and move on in the next pass."""
 from __future__ import annotations
 
 from typing import Any
@@ -118,8 +118,8 @@ def test_time_travel_shows_packets_and_their_rays(method: str, options: dict) ->
 
 @pytest.mark.parametrize("skips", [True, False], ids=str)
 def test_a_packet_leaves_an_empty_leaf_at_once(skips: bool) -> None:
-    """With `skip_empty_leaves`, no visit ends at an empty leaf. Without it, `leave` follows the
-    visit of an empty leaf, because the leaf has no triangle to intersect.
+    """With `skip_empty_leaves`, no visit ends at an empty leaf. Without this option, the kernel
+    `leave` follows such a visit, because an empty leaf has no triangle to intersect.
 
     Push-down is off: with push-down, a restart may begin at an empty leaf that the packet has
     passed.

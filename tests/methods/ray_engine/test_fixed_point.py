@@ -1,5 +1,5 @@
-"""With the fixed-point numbers of the graphics cards of its time, the Ray Engine gives the hits of
-a model in numpy. Hits that differ from exact hits lie at edges of triangles."""
+"""The Ray Engine, in the fixed-point numbers of the graphics cards of its time, gives the hits of
+a numpy model. Hits that differ from exact hits lie at edges of triangles."""
 from __future__ import annotations
 
 import numpy as np
@@ -15,8 +15,8 @@ SIZE = 64
 
 def modelled(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray,
              name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Returns t and the distance from the nearest edge for each ray and triangle, (n, triangles)
-    each.
+    """Returns two arrays, (n, triangles) each: t of each ray and triangle, and the distance from
+    the nearest edge.
 
     t is in world units, and inf for a miss. The distance is the smallest of the hit point's signed
     distances from the three edges, in steps of the fixed-point format. It is negative outside the
@@ -53,17 +53,17 @@ def modelled(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray,
 
 @pytest.mark.parametrize("name", FIXED_POINT)
 def test_hits_are_those_of_a_model(name: str) -> None:
-    """Brute force over all pairs in numpy finds the same t for almost all rays. Exceptions are
-    rays for which numpy and the renderer round a unit vector to different steps, because their
-    square roots differ."""
+    """The numpy model tests all pairs, and finds the same t for almost all rays. In the
+    exceptions, the square roots of numpy and the renderer differ, so a unit vector is rounded to
+    different steps."""
     scene = rt.load_scene("cornell")
     origins, directions = (a.reshape(-1, 3) for a in scene.camera.rays((SIZE, SIZE)))
     with rt.Tracer(scene, "ray-engine", fixed_point=name, resolution=1) as tracer:
         found = tracer.trace(origins, directions)
     t, _ = modelled(scene, origins, directions, name)
     nearest = t.min(axis=1)
-    # The host does not trace a ray that misses the scene's box, even if the ray, rounded to fixed
-    # point, would hit a triangle.
+    # The host does not trace a ray that misses the scene's box. Rounded to fixed point, such a ray
+    # might hit a triangle.
     ends = np.array([scene.triangles.min((0, 1)), scene.triangles.max((0, 1))])[:, None]
     with np.errstate(divide="ignore"):
         sides = (ends - origins) / directions

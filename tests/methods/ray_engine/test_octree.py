@@ -11,7 +11,7 @@ from gpgpu_rt.methods.ray_engine.octree import Octree, build_octree
 
 
 def located(tree: Octree, points: np.ndarray) -> np.ndarray:
-    """Return the cell, (n,), that contains each of the n points, found from the cells' bounds."""
+    """Return the index of the cell that contains each point, (n,)."""
     at = (points - tree.lo.astype(np.float64)) / tree.cell_size.astype(np.float64)
     inside = ((at[:, None] >= tree.corner) & (at[:, None] < tree.corner + tree.span[:, None]))
     found = inside.all(axis=2)

@@ -79,8 +79,8 @@ def test_an_octree_saves_cells(precise_renderer, kind: str, seed: int) -> None:
     {"cpu_below": 10_000}, {"resolution": 1}, {"resolution": 1, "batch": 77}],
     ids=lambda options: "-".join(f"{k}{v}" for k, v in options.items()))
 def test_batches_do_not_change_hits(exact_renderer, options: dict, seed: int, monkeypatch) -> None:
-    """The hits do not depend on the sizes of batches and queues. They are also the same if draws
-    are split into short parts."""
+    """The hits do not depend on the sizes of batches and queues. The hits are also the same if
+    draws are split into short parts."""
     scene = soup_scene(150, seed)
     rays = RAY_SETS["random"](scene, 60 if options.get("batch") == 1 else 600, seed)
     with rt.Tracer(scene, "brute-force") as tracer:
@@ -115,7 +115,7 @@ def test_what_24_bits_of_depth_lose(exponent: int, least: float, most: float, se
 @pytest.mark.parametrize("seed", [8], ids="seed{}".format)
 @pytest.mark.parametrize("name", ["denormals", "slivers", "moved-1e6", "degenerate", "in-planes"])
 def test_the_host_intersects_to_the_same_bits(exact_renderer, name: str, seed: int) -> None:
-    """In the extreme cases too, the host's intersections give the same bits as the passes."""
+    """Even in extreme cases, the host's intersections give the same bits as the passes."""
     case = make_case(name, 300, seed)
     answers = []
     for options in ({}, {"cpu_below": 10**9}):
@@ -148,9 +148,9 @@ def test_what_it_says_it_moved(cpu_below: int, seed: int) -> None:
         texels = tracer.session.buffers.rays.size[0] * tracer.session.buffers.rays.size[1]
     batched = hits.leaves_visited.sum() - split["host_rays"]
     assert split["pairs"] == hits.triangles_tested.sum()
-    # Each ray is read back once (32 bytes), and its state, hit and counters are uploaded once
-    # (48 bytes). A batch uploads 32 bytes and reads back 16 bytes for each ray, in whole rows, and
-    # uploads 20 bytes for each quad.
+    # Each ray is read back once (32 bytes), and its state, hit and counters are uploaded once (48
+    # bytes). For each ray, in whole rows, a batch uploads 32 bytes and reads back 16 bytes. For
+    # each quad, it uploads 20 bytes.
     up = split["bytes_up"] - 48 * texels - 20 * split["quads"]
     down = split["bytes_down"] - 32 * texels
     assert up == 2 * down and down % (16 * WIDTH) == 0

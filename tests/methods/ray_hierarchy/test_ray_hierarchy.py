@@ -13,8 +13,8 @@ from gpgpu_rt.gl.textures import read_texture
 from gpgpu_rt.methods.ray_hierarchy.cones import level_sizes
 from gpgpu_rt.methods.ray_hierarchy.records import CONE
 
-# The triangle is so large that no ray starts far outside the scene. The tracer would advance a ray
-# from far outside to a new origin near the scene.
+# The triangle is so large that no ray starts far outside the scene. The tracer would move the
+# origin of such a ray to a point near the scene.
 LARGE = np.float32([[[-50, -50, -50], [50, 50, -50], [50, -50, 50]]])
 
 
@@ -41,8 +41,8 @@ RAYS: dict[str, Callable] = {
 
 
 def cones_over(origins: np.ndarray, directions: np.ndarray, **intervals: np.ndarray) -> tuple:
-    """Return three values: a list of dicts with the fields of the nodes of each level, the fan-out
-    of each level, and the hierarchy's unit of length."""
+    """Return three values: a dict of node fields for each level, the fan-out of each level, and
+    the hierarchy's unit of length."""
     with rt.Tracer(scene_of(LARGE), "ray-hierarchy") as tracer, tracer.gpu:
         tracer.trace(origins, directions, **intervals)
         cones = tracer.session.driver.cones
@@ -94,7 +94,7 @@ def test_four_nodes_become_one(size: tuple[int, int]) -> None:
 @pytest.mark.parametrize("side", [64, pytest.param(1000, marks=pytest.mark.full)])
 def test_no_triangle_is_rejected_that_a_ray_hits(precise_renderer, side: int, place: float,
                                                  seed: int) -> None:
-    """Hits equal brute force to the bit, near the origin and far from it.
+    """Hits equal brute force to the bit, in scenes near the origin and far away.
 
     Half of the rays aim at corners and edges, and the full suite traces a million rays. No node
     above a ray may reject the triangle that the ray hits.

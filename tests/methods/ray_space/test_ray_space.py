@@ -51,8 +51,8 @@ def crossed_soup(count: int, seed: int) -> rt.Scene:
 
 
 def listed(tracer: rt.Tracer) -> tuple[np.ndarray, np.ndarray]:
-    """Return which triangles each list holds, (lists + 1, triangles) bool, and the index of the
-    list that each ray of the last call read, (n,). The last index stands for no list."""
+    """Return whether each list holds each triangle, (lists + 1, triangles) bool, and for each ray
+    of the last call, (n,), the index of its list. The last index stands for no list."""
     structure = tracer.accelerator.structure
     triangle = structure.triangle
     if isinstance(structure, RayBoxes):
@@ -81,14 +81,14 @@ def false_rejections(method: str, rays: int, triangles: int, seed: int, **option
     aims = scene.triangles[rng.integers(triangles, size=rays // 2), rng.integers(3)]
     directions[::2] = aims[:len(directions[::2])] - origins[::2]
     with rt.Tracer(scene, method, **options) as tracer:
-        # Under `loop`, states are stored only if a function observes them.
+        # Under the schedule `loop`, states are stored only if a function observes them.
         watched = (observe_states(tracer, lambda one: None)
                    if getattr(tracer.session.driver, "keeps_states", False) else nullcontext())
         with watched:
             tracer.trace(origins, directions)
         table, number = listed(tracer)
     missing = met = 0
-    # Tracers store triangles in this form, in which no triangle of zero area is hit.
+    # Tracers store triangles of zero area as points, which no ray hits.
     stored = shrink_flat(scene.triangles)
     step = AT_ONCE // triangles
     for start in range(0, rays, step):
@@ -204,7 +204,7 @@ def test_a_camera_from_afar(precise_renderer, method: str) -> None:
 
 
 def test_lists_are_in_order() -> None:
-    """The triangles of each list are sorted by their nearest distance."""
+    """The triangles of each list are sorted by their nearest coordinate along the list's axis."""
     scene = soup_scene(150, 60)
     field = build_visibility_field(scene.triangles)
     beam = np.repeat(np.arange(len(field.beam_start) - 1), np.diff(field.beam_start))

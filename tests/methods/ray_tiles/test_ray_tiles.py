@@ -11,11 +11,11 @@ SIDE = 8      # rays along a side of a tile (the default)
 
 
 def tight_tiles(scene: rt.Scene, tiles: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return origins and directions, (SIDE, tiles * SIDE, 3), of rays with hard cone tests.
+    """Return origins and directions, (SIDE, tiles * SIDE, 3), of rays that are hard to test.
 
     The rays of a tile start in a ball and pass just inside a corner where a triangle touches its
-    bounding sphere. They are perpendicular to the line from the sphere's centre to the corner, so
-    the tile's cone barely meets the sphere. Balls and distances have many sizes.
+    bounding sphere. The rays are perpendicular to the line from the sphere's centre to the corner,
+    so the tile's cone barely meets the sphere. Balls and distances have many sizes.
     """
     rng = np.random.default_rng(seed)
     aim = scene.triangles[rng.integers(len(scene), size=tiles)].astype(np.float64)
@@ -38,7 +38,7 @@ def tight_tiles(scene: rt.Scene, tiles: int, seed: int) -> tuple[np.ndarray, np.
 
 
 def check(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray, **ends: object) -> rt.Hits:
-    """Check that `ray-tiles` gives the hits of brute force, and return them."""
+    """Check that `ray-tiles` gives the hits of brute force, and return these hits."""
     with rt.Tracer(scene, "brute-force") as tracer:
         expected = tracer.trace(origins, directions, **ends)
     with rt.Tracer(scene, "ray-tiles", statistics=True) as tracer:
@@ -56,7 +56,7 @@ def test_tight_cones_reject_no_hit(precise_renderer, seed: int) -> None:
 
 
 def parallel_rays(z: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return (32, 32, 3) origins and directions of rays down from a square over the unit box."""
+    """Return (32, 32, 3) origins and directions of rays that go down from a square at height z."""
     x, y = np.meshgrid(np.linspace(0, 1, 32), np.linspace(0, 1, 32))
     origins = np.stack([x, y, np.full_like(x, z)], 2).astype(np.float32)
     return origins, np.broadcast_to(np.float32([0, 0, -1]), origins.shape)
@@ -64,8 +64,8 @@ def parallel_rays(z: float) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("seed", [6], ids="seed{}".format)
 def test_parallel_rays(precise_renderer, seed: int) -> None:
-    """No hit of parallel rays is lost. The cone's angle is zero, so its radius alone bounds the
-    rays."""
+    """No hit of parallel rays is lost. The cone's angle is zero, so the cone's radius alone bounds
+    the rays."""
     hits = check(soup_scene(200, seed, size=0.05), *parallel_rays(2.5))
     assert hits.nodes_visited.mean() < 50
 
@@ -90,7 +90,7 @@ def test_cones_of_any_size(precise_renderer, scale: float) -> None:
 
 
 def test_a_batch_shortens_the_search(precise_renderer) -> None:
-    """A wall among the first triangles hides all other triangles, so no later batch is drawn."""
+    """A wall among the first triangles hides all later triangles, so no later batch is drawn."""
     wall = np.float32([[[-9, -9, 2], [9, -9, 2], [0, 14, 2]]])
     soup = soup_scene(1000, 5, size=0.02).triangles
     triangles = np.concatenate([wall, soup])

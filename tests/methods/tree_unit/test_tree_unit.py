@@ -34,8 +34,8 @@ def test_hits_are_those_of_brute_force(precise_renderer, criterion: str, schedul
 
 @pytest.mark.parametrize("criterion", CRITERIA)
 def test_the_criterion_ends_searches_early(precise_renderer, criterion: str) -> None:
-    """A hit ends a ray's search early. The ray therefore tests hardly more triangles than with the
-    stack method of the same tree, and visits less than 2.5 times as many nodes."""
+    """A hit ends a ray's search early. Compared with the stack method of the same tree, the ray
+    tests hardly more triangles, and visits less than 2.5 times as many nodes."""
     scene = soup_scene(3000, 12, size=0.05)
     rays = RAY_SETS["random"](scene, 500, 13)
     stacked = {"interval": "kd-stack", "box": "bvh-stack"}[criterion]
@@ -45,8 +45,8 @@ def test_the_criterion_ends_searches_early(precise_renderer, criterion: str) -> 
             found.append(tracer.trace(*rays))
     mine, other = found
     assert mine.triangles_tested.mean() < 1.1 * other.triangles_tested.mean()
-    # A climb counts as a visit. If searches did not end early, the ratios of visited nodes would
-    # be 2.64 (interval) and 2.32 (box).
+    # A step up to the parent counts as a visit. If searches did not end early, the ratios of
+    # visited nodes would be 2.64 (interval) and 2.32 (box).
     most = {"interval": 2.5, "box": 2.25}[criterion]
     assert mine.nodes_visited.mean() < most * other.nodes_visited.mean()
 

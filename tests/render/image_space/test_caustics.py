@@ -15,7 +15,7 @@ SIZE = (96, 64)
 
 
 def scene_of(part: np.ndarray, material: rt.Material, *others: np.ndarray) -> rt.Scene:
-    """Return a refractor over a grey floor at y = 0, with any further grey triangles."""
+    """Return a scene: a refractor over a grey floor at y = 0, and other grey triangles."""
     parts = [floor((-6, -6), (6, 6), 0.0, 3), *others, part]
     corners = np.concatenate(parts).reshape(-1, 3)
     rows = np.zeros(len(corners) // 3, int)
@@ -84,7 +84,7 @@ def test_a_mirror_lights_like_the_light_behind_it(seed: int) -> None:
 
 
 def landed_after(caustics: Caustics, iterations: int) -> np.ndarray:
-    """Return the landings after a number of iterations of the search."""
+    """Return where photons land if the search makes a number of iterations."""
     caustics.iterations = iterations
     return caustics.landings()
 

@@ -1,5 +1,5 @@
-"""Image-space refraction leaves directions behind a slab unchanged, as Snell's law demands. For a
-ball, it comes close to refraction by float64 rays."""
+"""Behind a slab, image-space refraction gives the unchanged directions that Snell's law demands.
+Behind a ball, the directions are close to those of float64 rays."""
 from __future__ import annotations
 
 import numpy as np
@@ -21,11 +21,11 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
 
 def errors(scene: rt.Scene, camera: Camera, smooth: bool, ior: float = 1.5
            ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the errors, and the kinds of pixels of image-space refraction and of the reference.
+    """Return the errors, the pixels' kinds by image-space refraction, and those by the reference.
 
-    The errors, (k,), are angles in degrees. They belong to the pixels in which both image-space
-    refraction and the float64 reference refract a ray twice. The kinds, (n,) each, are constants
-    of `render.image_space.refraction`, such as LEFT.
+    The errors, (k,), are angles in degrees. The errors belong to the pixels in which both
+    image-space refraction and the float64 reference refract a ray twice. The kinds, (n,) each, are
+    constants of `render.image_space.refraction`, such as LEFT.
     """
     with rt.Tracer(scene) as tracer:
         refraction = Refraction(tracer, ior, smooth)
@@ -61,7 +61,7 @@ def test_a_slab_changes_no_direction(exact_renderer) -> None:
 
 
 def test_light_that_a_border_keeps_out(precise_renderer) -> None:
-    """With an index below 1, the first border reflects rays at flat angles totally."""
+    """With an index below 1, the first border totally reflects rays at grazing angles."""
     off, kind, right = errors(scene_of(ball(5000)), Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0),
                                                            fov=35), True, 0.8)
     shown = kind != 0
@@ -75,7 +75,7 @@ def test_a_ball(precise_renderer, ior: float) -> None:
     off, kind, right = errors(scene, Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), fov=35), True, ior)
     assert ((kind > 0) == (right > 0)).mean() > 0.995       # the silhouette
     # Near the silhouette, the estimated thickness is too small and the normal at the estimated
-    # exit is too steep, so image-space refraction finds fewer exits than the reference.
+    # exit is too steep. Image-space refraction therefore finds fewer exits than the reference.
     assert (kind == LEFT).sum() > 0.75 * (right > 0).sum()
     assert np.median(off) < 2 and np.quantile(off, 0.9) < 10
 

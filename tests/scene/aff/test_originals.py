@@ -61,8 +61,8 @@ def test_the_scene_and_its_animation(name: str) -> None:
     assert (animation.scene.moved(animation.vertices(0)).triangles == scene.triangles).all()
     assert animation.frames == 800 and animation.scene.moving
     assert animation.camera(0) == scene.camera and animation.camera(200) != scene.camera
-    # The animation computes its normals from the vertices; they are nearly the normals of the
-    # file.
+    # The animation computes normals from the vertices. These normals nearly equal the file's
+    # normals.
     cosine = (animation.scene.normals * scene.normals).sum(axis=2)
     assert np.percentile(cosine, 5) > 0.99
     sent = pickle.loads(pickle.dumps(animation))

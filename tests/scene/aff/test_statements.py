@@ -1,4 +1,4 @@
-"""Each statement of AFF gives the triangles, materials, lights and camera that it says."""
+"""Each statement of AFF gives the triangles, material, light or camera that it describes."""
 from __future__ import annotations
 
 import warnings
@@ -206,9 +206,9 @@ def test_key_frames_move_the_camera(read) -> None:
 
 
 def test_a_named_transform_moves_by_its_key_frames(read) -> None:
-    """Key frames may stand anywhere in the file. If several statements ``k`` have the same name,
-    the last statement counts. A transform without key frames does not move. The mesh shows the
-    start of the animation."""
+    """Key frames may be anywhere in the file. If several statements ``k`` have the same name, the
+    last statement applies. A transform without key frames does not move. The mesh shows the start
+    of the animation."""
     other = KEYS.replace(" 5 0 0 0", " 9 0 0 0")
     block = f"x part {{ {TRIANGLE} x still {{ {TRIANGLE} }} }}\n"
     mesh = read(f"k part {{ {other} }} {block} k part {{ {KEYS} }}")

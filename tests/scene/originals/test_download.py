@@ -161,7 +161,7 @@ def test_a_damaged_file_is_refused_and_not_kept(serve, seed: int, tmp_path) -> N
                b"<html>no such page</html>",
                CONTENT + rng.bytes(int(rng.integers(1, 9_000_000)))][seed % 5]
     server = serve(damaged, ranges=bool(seed // 5 % 2))
-    if seed // 10 % 2:       # an earlier run has left the first bytes
+    if seed // 10 % 2:       # an earlier run has written the first bytes
         (tmp_path / "part").write_bytes(CONTENT[:at // 2])
     with pytest.raises(rt.Error) as refused:
         download(source_file(), server.url, tmp_path / "part", lambda there: None)

@@ -64,8 +64,8 @@ def border_points(scene: rt.Scene, rng: np.random.Generator) -> np.ndarray:
 
 
 def assert_no_leak(scene: rt.Scene, inside: np.ndarray, seed: int) -> None:
-    """Check that all rays from a point inside hit. The rays aim at every texel of the charts'
-    borders, at points between these texels, and in random directions."""
+    """Check that all rays from the point ``inside`` hit the surface. The rays aim at every texel
+    of the charts' borders, at points between these texels, and in random directions."""
     rng = np.random.default_rng(seed)
     aims = border_points(scene, rng).astype(np.float32) - inside.astype(np.float32)
     directions = np.concatenate([aims, rng.normal(size=(2000, 3)).astype(np.float32)])

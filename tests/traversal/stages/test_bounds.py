@@ -20,8 +20,8 @@ def of(triangles: np.ndarray) -> rt.Scene:
 
 def aimed_scene(camera: Camera, size: tuple[int, int], count: int, kind: str,
                 seed: int) -> rt.Scene:
-    """Return triangles with corners on rays through pixels. Their outlines go through pixel
-    centres, and often along the edges of tiles.
+    """Return triangles with corners on rays through pixels. The triangles' outlines go through
+    pixel centres, and often along the edges of tiles.
 
     kind : "near": the corners are few pixels apart; "far": the corners are many pixels apart;
         "tiny" and "slivers": all corners are near one ray; "behind": some or all corners may be
@@ -74,7 +74,7 @@ KINDS = ("near", "far", "tiny", "slivers", "behind", "beside", "edge-on")
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("kind", KINDS)
 def test_aimed_eye_rays_lose_no_hit(precise_renderer, kind: str, seed: int) -> None:
-    """No hit is lost. The image has 50 x 37 pixels, which are no multiples of a tile's side."""
+    """No hit is lost. The image has 50 x 37 pixels, which are not multiples of a tile's side."""
     count = 40 if kind in ("far", "behind") else 400
     scene = aimed_scene(CAMERA, (50, 37), count, kind, seed)
     for method, tile in zip(METHODS, (*TILES, 8)):
@@ -134,7 +134,7 @@ def test_nothing_to_draw() -> None:
 
 @pytest.mark.parametrize("options", [{"intersection": "moller-trumbore"}, {"precision": "fp16"}])
 def test_refused_where_it_proves_nothing(options: dict) -> None:
-    """The option `rasterised_bounds` is refused with a triangle test or a precision for which it
-    is not proved that the bounds contain all hits."""
+    """The option `rasterised_bounds` is refused with triangle tests and precisions for which no
+    proof shows that the bounds contain all hits."""
     with pytest.raises(rt.OptionError, match="woop-watertight"):
         rt.Tracer("cornell", rasterised_bounds=8, **options)

@@ -107,9 +107,9 @@ def test_from_other_nodes(precise_renderer, method: str) -> None:
 @pytest.mark.parametrize("precision", ["fp24", "fp16"])
 @pytest.mark.parametrize("method", SOME)
 def test_in_low_precision(precise_renderer, method: str, precision: str) -> None:
-    """With entry points, a BVH gives at most one ray a wrong hit in low precision. A kd-tree gives
-    wrong hits with and without entry points. Entry points do not increase the number of wrong
-    hits, because the way down from an entry point is shorter than from the root."""
+    """In low precision, a BVH with entry points has at most one wrong hit. A kd-tree has wrong
+    hits with and without entry points. Entry points do not add wrong hits, because the path down
+    from an entry point is shorter than from the root."""
     scene = soup_scene(100, 3, size=0.05)
     rays = aimed_tiles(scene, method, 12, 12, 3)
     wrong = []
@@ -141,8 +141,8 @@ def test_rays_of_all_kinds_in_one_tile(precise_renderer, method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_few_rays_that_begin_nearer(precise_renderer, method: str) -> None:
-    """The t_min of most rays lies behind their nearest hit. A few rays of a tile begin at their
-    origin, so the beam must also begin there."""
+    """The t_min of most rays lies behind the nearest hit. A few rays of a tile begin at the common
+    origin, so the beam must begin there too."""
     scene = soup_scene(2000, 9, size=0.1)
     rays = scene.camera.rays((64, 64))
     with rt.Tracer(scene, method) as tracer:
@@ -201,7 +201,7 @@ def test_an_empty_scene_and_few_rays(method: str) -> None:
 
 
 def fewest(method: str) -> dict[str, object]:
-    """Return the options with which entry points save a method the most nodes."""
+    """Return the options with which a method saves the most node visits by entry points."""
     return {"octants": True} if method == "bvh-packet" else {}
 
 
@@ -216,8 +216,8 @@ def test_fewer_nodes_on_eye_rays(method: str) -> None:
 @pytest.mark.parametrize("name", ["robots", "kitchen", "conference"])
 @pytest.mark.parametrize("method", METHODS)
 def test_the_bar_on_real_scenes(method: str, name: str) -> None:
-    """On real scenes, rays without entry points visit more than 1.5 times as many nodes as rays
-    with entry points and their beams together."""
+    """On real scenes, entry points divide the number of visited nodes by more than 1.5, even if
+    the nodes that beams visit are counted."""
     scene = real_scene(name)
     found = check(scene, *scene.camera.rays((256, 256)), method, **fewest(method))
     assert found["plain"] > 1.5 * (found["nodes"] + found["entry_nodes_visited"])

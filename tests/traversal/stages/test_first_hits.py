@@ -31,8 +31,8 @@ def slivers(count: int, seed: int) -> np.ndarray:
 
 
 def fans(count: int, seed: int) -> np.ndarray:
-    """Return pyramids without a base, which have many silhouettes. Some are smaller than a pixel,
-    and others are much larger."""
+    """Return pyramids without a base, which have many silhouettes. Some pyramids are smaller than
+    a pixel, and others are much larger."""
     random = np.random.default_rng(seed)
     centre = random.uniform(-0.5, 0.5, (count, 1, 3))
     rim = centre + 10.0 ** random.uniform(-3.5, -0.5, (count, 1, 1)) * random.normal(
@@ -42,7 +42,7 @@ def fans(count: int, seed: int) -> np.ndarray:
 
 
 def layers(count: int, seed: int) -> np.ndarray:
-    """Return triangles in a few parallel planes, some triangles twice. The depths of many
+    """Return triangles in a few parallel planes. Some triangles occur twice. The depths of many
     triangles are equal, or differ by a rounding error."""
     random = np.random.default_rng(seed)
     flat = random_soup(count, seed, 0.5)

@@ -82,8 +82,8 @@ def test_in_lower_precision(precise_renderer, way: str, precision: str) -> None:
 
 @pytest.mark.parametrize("way", WAYS)
 def test_each_ray_keeps_its_own(precise_renderer, way: str) -> None:
-    """Each ray keeps its own interval and the length of its direction. Some rays start far from
-    the scene, and the step cap stops some rays; their hits and statuses stay the same too."""
+    """Each ray keeps its own interval and the length of its direction. Rays that start far from
+    the scene, and rays that the step cap stops, keep their hits and statuses too."""
     origins, directions = (rays.reshape(-1, 3) for rays in mixed_rays(4))
     rng = np.random.default_rng(4)
     directions = directions * np.exp2(rng.integers(-9, 9, (len(directions), 1))).astype(np.float32)
@@ -113,8 +113,8 @@ def test_few_rays_or_none(precise_renderer) -> None:
     ("bvh-threaded", {}), ("bvh-packet", {"packet": (2, 1)}), ("bvh-packet", {"packet": (2, 2)}),
     ("kd-packet", {"packet": (4, 2)}), ("bvh-packet", {"packet": (4, 4)})], ids=str)
 def test_all_that_is_found_comes_back(precise_renderer, method: str, options: dict) -> None:
-    """All results come back to their rays, whatever the layout of the render targets. The
-    order leaves out rays with an empty interval (t_max < t_min), but they get results too."""
+    """All results come back to their rays, whatever the layout of the render targets. The order
+    leaves out rays with an empty interval (t_max < t_min), but these rays get results too."""
     origins, directions = RAY_SETS["random"](SCENE, 5000, 9)
     t_max = np.where(np.arange(5000) % 3, np.inf, -1.0)
     found = []

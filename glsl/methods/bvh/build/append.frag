@@ -1,5 +1,5 @@
 #version 330 core
-// Copies the nodes of one level to their position in the list of all nodes.
+// Copies the nodes of one level to their positions in the list of all nodes.
 
 #include <records>
 #include "core/stream.glsl"

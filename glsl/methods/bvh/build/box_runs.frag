@@ -1,7 +1,7 @@
 #version 330 core
-// Element i is the box of a run, that is, of the triangles in the `run` slots from slot i on. This pass
-// joins the boxes of four consecutive runs to the box of a run four times as long. Past the last slot the
-// last box repeats, which changes neither minimum nor maximum.
+// Element i is the box around the triangles of a run, which is `run` consecutive slots from slot i on. This
+// pass joins the boxes of four consecutive runs to the box of a run four times as long. Beyond the last
+// slot the last box is reused, which changes neither minimum nor maximum.
 
 #include <records>
 #include "core/stream.glsl"

@@ -4,9 +4,9 @@
 // around the gap (radix.glsl). A search with doubling steps and then with halving steps finds the two ends
 // of the span.
 //
-// A gap inside a leaf is dropped. Without MOST_BITS a gap is kept if its node spans more than max_leaf
-// triangles. With MOST_BITS, which makes the clusters of the hybrid build, a gap is kept if the codes of
-// its two neighbouring slots share fewer than MOST_BITS bits.
+// A gap inside a leaf is dropped. Without MOST_BITS, a gap is kept if its node spans more than max_leaf
+// triangles. With MOST_BITS, for the clusters of the hybrid build, a gap is kept if the codes of its two
+// neighbouring slots share fewer than MOST_BITS bits.
 
 #include <records>
 #include "core/stream.glsl"
@@ -14,7 +14,7 @@
 
 uniform int max_leaf;
 
-// Return the farthest slot from slot i in `direction` that shares at least `bits` bits with slot i.
+// Starting at slot i, return the last slot in `direction` that shares at least `bits` bits with slot i.
 int reach(int i, int direction, int bits) {
     ivec2 code = slot_code(i);
     int width = 1;

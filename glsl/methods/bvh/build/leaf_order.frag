@@ -1,5 +1,5 @@
 #version 330 core
-// Sorts the triangles of each leaf by index: a triangle goes to slot k if k triangles of the leaf have a
+// Sorts each leaf's triangles by index: a triangle goes to the leaf's slot k if k of these triangles have a
 // lower index.
 
 #include <records>

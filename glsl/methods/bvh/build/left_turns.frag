@@ -1,7 +1,7 @@
 #version 330 core
 // For each node, counts the ancestors that have this node in their left subtree, by pointer jumping (J. C.
 // Wyllie, "The Complexity of Parallel Computations", 1979): each pass doubles the distance between a node
-// and the ancestor that it refers to.
+// and the ancestor to which the node refers.
 
 #include <records>
 #include "core/stream.glsl"

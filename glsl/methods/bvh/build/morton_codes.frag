@@ -1,7 +1,7 @@
 #version 330 core
-// Computes the Morton code of each centroid: interleaves the bits of the coordinates of its cell, x first,
-// in a lattice over all centroids (C. Lauterbach et al., "Fast BVH Construction on GPUs", Eurographics
-// 2009; survey, section 5).
+// Computes the Morton code of each centroid: finds its cell in a lattice over all centroids, and
+// interleaves the bits of the cell's coordinates, x first (C. Lauterbach et al., "Fast BVH Construction on
+// GPUs", Eurographics 2009; survey, section 5).
 //
 // Departure: 30 bits do not fit into a float's significand, so a key consists of two numbers of 15 bits.
 // Codes of fewer bits occupy the highest bits of the key, so no later pass depends on the number of bits.

@@ -32,8 +32,8 @@ int gap_bits(int gap) {
     return gap < 0 ? -1 : shared_bits(slot_code(gap), gap, gap + 1);
 }
 
-// The gap whose node is the parent of the span of slots first ... last; -1 for the span of all slots. Of
-// the gaps at the two ends of the span, it is the gap whose neighbours share more bits. If the result is
+// The gap whose node is the parent of the span of slots first ... last; -1 for the span of all slots. The
+// result is the gap at one end of the span: the gap whose neighbours share more bits. If the result is
 // `last`, the span is the left child, else the right child.
 int parent_gap(int first, int last) {
     int before = gap_bits(first - 1), after = gap_bits(last);

@@ -1,11 +1,11 @@
 // Shared code of the passes of the SAH build. The build is breadth-first: the same passes handle all nodes
 // of a level (C. Lauterbach et al., "Fast BVH Construction on GPUs", Eurographics 2009; survey, section 5).
-// Costs are computed at bins (I. Wald, "On fast construction of SAH-based bounding volume hierarchies",
-// 2007).
+// In large nodes, splits lie between bins (I. Wald, "On fast construction of SAH-based bounding volume
+// hierarchies", 2007).
 //
 // Departures: each triangle is drawn as a point, and blending adds the point to its bin. A node of at most
-// SMALL triangles tries every split between two triangles, as the CPU builder does; Lauterbach et al. give
-// small nodes to local queues.
+// SMALL triangles tries every split between two triangles, as the CPU builder does; Lauterbach et al.
+// process small nodes in local queues.
 
 const float FAR = 3e38;
 const int IN_ORDER = 3;   // in place of an axis: the split halves the node's slots in their present order
@@ -15,7 +15,7 @@ float half_area(vec3 lo, vec3 hi) {
     return size.x * size.y + size.y * size.z + size.z * size.x;
 }
 
-// The cost of a split into children with these areas and counts, relative to the node's own area, `whole`.
+// The cost of a split: the sum of area times count over both children, divided by the node's area, `whole`.
 float split_cost(float left_area, float left, float right_area, float right, float whole) {
     float area = max(whole, 1e-37);
     return left_area / area * left + right_area / area * right;

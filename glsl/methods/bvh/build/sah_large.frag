@@ -1,5 +1,5 @@
 #version 330 core
-// Flags the large nodes, whose splits are chosen by bins.
+// Flags the large nodes, which are split between bins.
 
 #include <records>
 #include "core/stream.glsl"

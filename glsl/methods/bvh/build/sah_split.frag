@@ -32,7 +32,7 @@ void main() {
         for (int k = node.first; k <= node.last; ++k) {
             vec4 offer = sweep_load(table_texel(k)).value;
             int apart = abs(count - 2 * int(offer.z));
-            // If splits have equal cost (for example, of coincident triangles), choose the most even split.
+            // Among splits of equal cost (for example, if triangles coincide), choose the most even split.
             if (offer.x < cost || (offer.x == cost && offer.x < FAR && apart < uneven)) {
                 cost = offer.x;
                 uneven = apart;

@@ -1,6 +1,6 @@
 #version 330 core
 // Writes a node of the threaded hierarchy: its box, and its escape index, which is the index of the first
-// node after its subtree. A subtree with n leaves has n - 1 inner nodes.
+// node after its subtree. A subtree with n leaves has 2 * n - 1 nodes.
 
 #include <records>
 #include "core/fetch.glsl"

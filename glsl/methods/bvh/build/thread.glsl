@@ -1,7 +1,7 @@
 // The position of a node in depth-first order: the number of nodes before it. Let L leaves lie before the
 // node's first slot. These leaves, and the L inner nodes that separate them from each other and from the
-// node, are 2 * L nodes. All other nodes before it are the ancestors that have it in their left subtree,
-// which `turns` counts.
+// node, are 2 * L nodes. All other nodes before it are the ancestors that have it in their left subtree;
+// `turns` counts them.
 
 int node_place(Interval node) {
     return 2 * int(sums_load(table_texel(node.first)).value.x) + node.turns;

@@ -1,5 +1,5 @@
 #version 330 core
-// Finds the cheapest of a large node's planes in one group, which has four planes along each axis.
+// Finds the cheapest plane of a large node within one group, which holds four planes along each axis.
 
 #include <records>
 #include "core/stream.glsl"

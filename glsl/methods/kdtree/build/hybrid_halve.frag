@@ -1,8 +1,8 @@
 #version 330 core
 // Splits a node in the upper levels of a hybrid kd-tree. The node holds the cells whose Morton codes share
-// a prefix. A plane of the cells' lattice halves the node, along x, y and z in turn from level to level,
-// whatever the cost (C. Lauterbach et al. 2009; the survey's section 5 proposes this for the kd-tree). A
-// node without pieces becomes a leaf.
+// a prefix. A plane of the cells' lattice halves the node, whatever the cost, along x, y and z alternately
+// by level (C. Lauterbach et al. 2009; the survey's section 5 proposes this method for the kd-tree). A node
+// without pieces becomes a leaf.
 
 #include <records>
 #include "core/stream.glsl"

@@ -3,11 +3,11 @@
 
 uniform float traversal_cost;
 uniform float intersection_cost;
-uniform float spared;           // the factor on the cost of a split that cuts off empty space
-uniform float worth_cutting;    // the factor applies if the empty space is at least this share of the node
+uniform float spared;           // cost factor of a split that cuts off empty space
+uniform float worth_cutting;    // `spared` applies from this share of empty space on
 
-// `measure` sets these values of a node, one per axis. With the left child's `share` of the extent, the
-// cost of a split is traversal_cost + cap * (left + right) + rim * (share * left + (1 - share) * right).
+// `measure` sets these values of a node, one per axis. If `share` is the left child's share of the extent,
+// a split costs traversal_cost + cap * (left + right) + rim * (share * left + (1 - share) * right).
 vec3 node_lo, node_hi, cap, rim, per_unit;
 
 void measure(vec3 lo, vec3 hi) {

@@ -1,11 +1,11 @@
 // Shared code of the programs of Zhou's kd-tree build: K. Zhou, Q. Hou, R. Wang, B. Guo, "Real-Time KD-Tree
 // Construction on Graphics Hardware", SIGGRAPH Asia 2008 (survey, section 5). The programs compute the same
 // operations as gpgpu_rt/methods/kdtree/zhou.py, whose header lists the departures from the paper. A piece
-// is the part of a triangle in a node. Textures hold floats, which represent counts and ranks, integers
-// below 2^24, exactly.
+// is the part of a triangle in a node. Counts and ranks are integers below 2^24, which the textures' floats
+// represent exactly.
 
-// The first i of [lo, hi) such that elements 0 to i hold more than `rank` items; LOAD reads their prefix
-// sums.
+// Defines a function for the first i in [lo, hi) such that elements 0 to i hold more than `rank` items.
+// LOAD reads their prefix sums.
 #define FIND_OWNER(NAME, LOAD) int NAME(int rank, int channel, int lo, int hi) { \
     while (lo < hi) { \
         int middle = (lo + hi) >> 1; \
@@ -39,8 +39,7 @@ int population(uvec2 n) {
     return int(n.x + n.y);
 }
 
-// Remove the lowest set bit from a mask that is not 0. Return the bit's position, which is its exponent as
-// a float.
+// Remove the lowest set bit from a mask that is not 0. Return the bit's position: its exponent as a float.
 int take_bit(inout uvec2 mask) {
     bool low = mask.x != 0u;
     uint word = low ? mask.x : mask.y;

@@ -1,6 +1,6 @@
 #version 330 core
-// Chooses the cheapest plane of a small node by the surface area heuristic, among the faces of the boxes of
-// its pieces.
+// Chooses the cheapest plane of a small node by the surface area heuristic. The candidates are the faces of
+// its pieces' boxes.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// Decides the split of a large node. If empty space on one side is more than the share `empty_cut` of the
-// node's extent, the split cuts this space off. Otherwise the split halves the node along its longest axis,
-// or along another axis if the plane across the longest axis separates no pieces. Axis 3 marks a node that
+// Decides the split of a large node. If empty space on one side exceeds the share `empty_cut` of the node's
+// extent, the split cuts this space off. Otherwise the split halves the node along its longest axis, or
+// along another axis if the plane across the longest axis separates no pieces. Axis 3 marks a node that
 // this pass does not split: a leaf, or a small node, which later passes may split.
 
 #include <records>
@@ -50,7 +50,7 @@ void main() {
         return;
     }
     PRECISE vec3 middle = cell.lo + 0.5 * extent;
-    float none = 2.0 * float(cell.count);   // left + right of a plane that separates no pieces
+    float none = 2.0 * float(cell.count);   // left + right if the plane separates no pieces
     vec3 both = whole.left + whole.right;
     int longest = 0, least = 0;
     for (int a = 0; a < 3; ++a) {

@@ -1,5 +1,5 @@
 #version 330 core
-// Writes the extent of every piece along every axis. Its ends are the candidate planes of small nodes.
+// Writes the extent of every piece along every axis. The two ends are candidate planes of small nodes.
 
 #include <records>
 #include "core/stream.glsl"

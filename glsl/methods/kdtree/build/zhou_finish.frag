@@ -1,6 +1,6 @@
 #version 330 core
-// Writes a node of the finished tree in the format that the kd methods read. In a leaf the field of the
-// left child holds the number of the first reference.
+// Writes a node of the finished tree in the format that the kd methods read. In a leaf, the field for the
+// left child holds the index of the first reference.
 
 #include <records>
 #include "core/stream.glsl"

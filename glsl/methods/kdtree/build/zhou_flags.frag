@@ -1,5 +1,5 @@
 #version 330 core
-// Flags each node of a level that is split. A second channel counts the pieces of each unsplit large node.
+// Flags the split nodes of a level. A second channel holds the number of pieces of each unsplit large node.
 
 #include <records>
 #include "core/stream.glsl"

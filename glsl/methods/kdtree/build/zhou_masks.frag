@@ -1,7 +1,7 @@
 #version 330 core
-// Computes masks for the lower and the upper face of one piece along one axis: which pieces of a small root
-// lie left and right of the face. A small root is a small node whose parent is large. Its masks serve all
-// nodes below it.
+// Computes masks for the lower and the upper face of a piece along an axis: which pieces of a small root
+// lie left and right of the face. A small root is a small node whose parent is large. The masks serve all
+// nodes below this root.
 
 #include <records>
 #include "core/stream.glsl"

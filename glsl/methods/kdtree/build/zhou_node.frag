@@ -1,6 +1,6 @@
 #version 330 core
-// Writes a node of the finished tree. A leaf also gets its pieces: from a mask in a small leaf, and a run
-// in the list of pieces in a large leaf.
+// Writes a node of the finished tree. A leaf also gets its pieces: a small leaf has a mask, a large leaf
+// has consecutive elements of the list of pieces.
 
 #include <records>
 #include "core/fetch.glsl"

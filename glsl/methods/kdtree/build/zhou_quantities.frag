@@ -1,5 +1,5 @@
 #version 330 core
-// Writes four counts for each node of a level, for a scan: the pieces of a large node; the pieces of a
+// Writes the input of a scan, four counts per node of a level: the pieces of a large node; the pieces of a
 // small node; 1 for a small node that is not empty; the chunks of a large node.
 
 #include <records>

@@ -1,7 +1,7 @@
 #version 330 core
-// Writes a reference of the finished tree, which is a triangle in a leaf's list. Finds the leaf of the
-// reference, and then the leaf's piece with the rank of the reference. The pieces of a large leaf, which
-// has no mask, are adjacent.
+// Writes a reference (a triangle in a leaf's list) of the finished tree. Finds the leaf of the reference,
+// and then the leaf's piece that has the rank of the reference. A large leaf has no mask; its pieces are
+// adjacent.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Appends a level's small roots (small nodes whose parents are large) to the list of all levels.
+// Appends a level's small roots (small nodes whose parents are large) to the list for all levels.
 
 #include <records>
 #include "core/stream.glsl"
@@ -8,7 +8,7 @@
 uniform int cells;
 uniform int first_root;
 uniform int first_piece;
-uniform int levels;     // the most levels below a small root
+uniform int levels;     // largest number of levels below a small root
 
 FIND_OWNER(root_owner, starts_load)
 

@@ -1,7 +1,7 @@
 #version 330 core
-// Counts the nodes in the subtree of each node of a level: 1 plus the sizes of the children, from an
-// earlier pass. The size of a small root (a small node whose parent is large) comes from the list of small
-// nodes.
+// Counts the nodes in the subtree of each node of a level: 1 plus the sizes of the children, which an
+// earlier pass computed. The size of a small root (a small node whose parent is large) comes from the list
+// of small nodes.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Copies the pieces of the large nodes that became leaves because no plane separated their pieces, or
+// Copies the pieces of those large nodes that became leaves, because no plane separated their pieces or
 // because the tree had reached a limit.
 
 #include <records>

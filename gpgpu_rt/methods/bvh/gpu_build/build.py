@@ -1,4 +1,4 @@
-"""Build a bounding volume hierarchy by fragment passes, in the form of `build_bvh`."""
+"""Build a bounding volume hierarchy, a `Bvh` as from `build_bvh`, by fragment passes."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,7 +1,7 @@
 """Hybrid build by fragment passes (Lauterbach et al. 2009): LBVH for upper levels, SAH below them.
 
-LBVH builds the tree over clusters, the triangles with equal codes of a few bits per axis. SAH then
-splits all clusters together.
+A cluster holds triangles with equal Morton codes of a few bits per axis. LBVH builds the tree over
+clusters. SAH then splits all clusters.
 """
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .thread import thread
 
 def build(room: StreamRoom, triangles: np.ndarray, *, morton_bits: int = CLUSTER_BITS,
           **options: object) -> Bvh:
-    """Build by codes and then by SAH, with the options of `methods.bvh.hybrid.build`."""
+    """Build by Morton codes and SAH, with the options of `methods.bvh.hybrid.build`."""
     morton_bits = in_range("morton_bits", morton_bits, 1, AXIS_BITS, int)
     source = upload(room, triangles)
     boxes = scaled_boxes(room, source, triangles)

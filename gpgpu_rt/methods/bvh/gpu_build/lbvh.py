@@ -2,8 +2,8 @@
 
 The tree equals the tree of `methods.bvh.lbvh`. Passes compute boxes and Morton codes, and sort the
 codes. A slot is a place in the sorted order. A pass finds each node's span of slots and its
-parent. Six passes of pointer jumping give the nodes' positions in depth-first order. Last, the
-boxes of runs of slots are joined to the boxes of nodes.
+parent. Six passes of pointer jumping give the nodes' positions in depth-first order. Last, boxes
+of runs of slots are joined into the boxes of nodes.
 """
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def radix_nodes(room: StreamRoom, keys: Stream, max_leaf: int = 1,
     Parameters
     ----------
     max_leaf : nodes of at most this many triangles are leaves
-    most_bits : if given, nodes whose triangles share this many leading bits are leaves instead
+    most_bits : if given, nodes whose codes share this many leading bits are leaves instead
 
     Returns
     -------

@@ -2,9 +2,9 @@
 
 Lauterbach et al. 2009. Nodes of more than SMALL triangles are binned: for each triangle and axis,
 a point is blended into a bin of the triangle's node. For smaller nodes, a fragment for each
-triangle tries the split behind this triangle along each axis. A slot is a place in the order of
-triangles. A scan of flags partitions the slots of a node. For each level, the host reads back how
-many nodes are binned, and how many are split.
+triangle tries, along each axis, the split after this triangle. A slot is a place in the order of
+triangles. A scan of flags partitions the slots of a node. For each level, the host reads back the
+numbers of binned nodes and of split nodes.
 """
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .lbvh import scaled_boxes, upload
 from .records import BIN, INTERVAL, SLOT, SPLIT
 from .thread import thread
 
-# Nodes of at most this many triangles are not binned; Lauterbach et al. use local queues.
+# Nodes of at most this many triangles are not binned. Lauterbach et al. use local queues instead.
 SMALL = 32
 FAR = 3e38
 
@@ -44,7 +44,7 @@ class Splitting:
     Parameters
     ----------
     boxes : the BOX of each triangle, from `scaled_boxes`
-    other parameters : as in `methods.bvh.sah.build`; `max_depth` counts from the given nodes
+    other parameters : as in `methods.bvh.sah.build`; `max_depth` counts from the nodes of `run`
     """
 
     def __init__(self, room: StreamRoom, boxes: Stream, *, bins: int = 32, max_leaf: int = 4,

@@ -2,9 +2,9 @@
 
 A slot is a place in the order of triangles. The nodes may come from any tree whose nodes span
 consecutive slots. A node's position in depth-first order is twice the number of leaves that begin
-before the node, plus the number of ancestors that have the node in their left subtree. Four runs
-of 4^k slots, which may overlap, cover a node's slots. So a node's box is the union of four boxes,
-and the boxes need no pass for each level of the tree.
+before the node, plus the number of ancestors that have the node in their left subtree. For some
+k, four runs of 4^k slots, which may overlap, cover a node's slots. So a node's box is the union of
+four boxes, and no pass for each level of the tree is needed.
 """
 from __future__ import annotations
 

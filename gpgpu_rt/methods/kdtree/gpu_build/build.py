@@ -1,4 +1,4 @@
-"""Build a kd-tree by fragment passes, in the form of the CPU builders' result."""
+"""Build a kd-tree by fragment passes; the result has the form of the CPU builders'."""
 from __future__ import annotations
 
 import numpy as np

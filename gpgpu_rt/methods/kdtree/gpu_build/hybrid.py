@@ -1,14 +1,14 @@
-"""Hybrid kd-tree by fragment passes: Morton codes give the upper levels, SAH splits those below.
+"""Hybrid kd-tree by fragment passes: Morton codes give the upper levels, SAH the levels below.
 
-The build is that of `methods.kdtree.hybrid`, with the passes of Zhou's build. In the upper levels,
-a node stands for the codes that begin with a prefix, whose bits select the lattice plane that
-halves the node. Below, binned SAH splits all nodes of more than `FEW` pieces (see `sah`). The
-passes with Zhou's masks split the smaller nodes: they try every face of every piece's box.
+The build follows `methods.kdtree.hybrid`, with the passes of Zhou's build. In the upper levels, a
+node stands for the codes that begin with a prefix. The prefix selects the lattice plane that
+halves the node. Below, binned SAH splits all nodes of more than `FEW` pieces (see `sah`). A piece
+is a triangle's entry in a node, with the box of the triangle's part in the node. The passes with
+Zhou's masks split the smaller nodes: they try every face of every piece's box.
 
-A piece is a triangle's entry in a node, with the box of the triangle's part in the node. The CPU
-clips triangles in all levels. Here, each split of a large node clips the triangle by the split
-plane, but nodes of at most `FEW` pieces are no longer clipped. The trees therefore cost a few
-percent more (docs/kd-trees.md), but give the same hits.
+The CPU clips triangles in all levels. Here, each split of a large node clips the triangle by the
+split plane, but splits of the smaller nodes do not clip. The trees therefore cost a few percent
+more (docs/kd-trees.md), but give the same hits.
 """
 from __future__ import annotations
 

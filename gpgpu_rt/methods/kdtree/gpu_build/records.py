@@ -4,8 +4,8 @@ from __future__ import annotations
 from ....gl.record import Record
 
 PIECE = Record("piece", "lo:vec3 triangle:int | hi:vec3 node:int")
-"""A piece: the part of a triangle in a node, as the piece's box and the node's number; for a small
-node, `node` is the number of the small root."""
+"""A piece, the part of a triangle in a node: the triangle, the part's box, and the node's number.
+For a small node, `node` is the number of the small root (see SMALL_NODE)."""
 
 CELL = Record("cell", "lo:vec3 count:int | hi:vec3 futile:int | parent:int")
 """A node in a level of large nodes: its box, number of pieces, and parent in the level above.

@@ -1,4 +1,4 @@
-"""Zhou's kd-tree by fragment passes (Zhou et al. 2008).
+"""Builds Zhou's kd-tree by fragment passes (Zhou et al. 2008).
 
 The tree equals the tree of `methods.kdtree.zhou`. The passes split large nodes level by level
 (`zhou_large`), then small nodes by masks (`zhou_small`), and then move every node to its position
@@ -32,7 +32,7 @@ def build(room: StreamRoom, triangles: np.ndarray, **options: object) -> KdTree:
 
 def build_by(room: StreamRoom, triangles: np.ndarray, rules: cpu.ZhouRules,
              way: Halving) -> KdTree:
-    """Build a tree. ``way`` chooses the splits of large nodes, and which nodes are small."""
+    """Build a tree. ``way`` splits large nodes, and decides which nodes are small."""
     v0, v1, v2 = triangles.transpose(1, 0, 2)
     source = room.stream(TRIANGLE, len(triangles), v0=v0, v1=v1, v2=v2)
     large = grow_large(room, source, triangles, rules, way)

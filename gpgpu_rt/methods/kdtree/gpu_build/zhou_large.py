@@ -1,4 +1,4 @@
-"""The large nodes of Zhou's kd-tree by fragment passes, which work on a whole level at once.
+"""Splits the large nodes of Zhou's kd-tree by fragment passes, a whole level at once.
 
 A piece is a triangle's entry in a node, with the box of the triangle's part in the node. A chunk
 is a run of at most CHUNK_PIECES pieces of a large node."""
@@ -57,7 +57,7 @@ class LargeNodes:
     Attributes
     ----------
     levels : all levels, from the root down
-    small : pieces of small nodes, a stream for each level below the root, or of a small root
+    small : pieces of small nodes, a stream for each level below the root; or a small root's pieces
     stuck : pieces of large nodes that became leaves, a stream for each level that has such pieces
     roots : number of small nodes
     """
@@ -77,8 +77,7 @@ class LargeNodes:
 
 
 class Halving:
-    """Decides splits of large nodes as Zhou does: cuts off empty space or halves the longest axis.
-    """
+    """Splits large nodes as Zhou does: cuts off empty space, or halves a node's longest side."""
 
     prefixes = False    # whether the field ``futile`` of a CELL holds a prefix of codes instead
 
@@ -128,7 +127,7 @@ def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray, rules: c
 
 
 def _starts(room: StreamRoom, cells: Stream, small: int) -> tuple[Stream, tuple[int, ...]]:
-    """The stream `LargeLevel.starts` of the nodes, and the four numbers for the whole level."""
+    """The stream `LargeLevel.starts` of the nodes, and the four totals of the level."""
     quantities = room.stream(VALUES, cells.length)
     room.draw("zhou_quantities", quantities, [cells], defines={"CHUNK": CHUNK_PIECES},
               small=small)

@@ -1,4 +1,4 @@
-"""Fragment passes that bring the nodes of Zhou's kd-tree into their final order.
+"""Brings the nodes of Zhou's kd-tree into their final order by fragment passes.
 
 Passes compute sizes of subtrees from the leaves up, and positions from the root down. Then nodes
 are drawn at their positions, and references are gathered.

@@ -1,4 +1,4 @@
-"""Small nodes of Zhou's kd-tree by fragment passes, equal to `methods/kdtree/zhou_small.py`."""
+"""Splits small nodes of Zhou's kd-tree by fragment passes, like kdtree/zhou_small.py."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ class SmallLevel:
 
 def grow_small(room: StreamRoom, large: LargeNodes, pieces: Stream,
                rules: ZhouRules) -> list[SmallLevel]:
-    """Split small nodes, and all nodes below, while this lowers the cost within the depth limit.
+    """Split small nodes and all nodes below while this lowers the cost and the depth limit allows.
     """
     if not large.roots:
         return []
