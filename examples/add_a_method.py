@@ -8,7 +8,7 @@ import gpgpu_rt as rt
 
 
 def main(scene_name: str = "cornell", side: str = "64") -> None:
-    """Trace eye rays with ``sweep`` along each axis, and compare the hits with brute force's."""
+    """Trace eye rays with ``sweep`` along each axis, and compare the hits with brute force."""
     rt.load_methods(Path(__file__).with_name("methods"))
     scene = rt.load_scene(scene_name)
     rays = scene.camera.rays((int(side), int(side)))

@@ -94,7 +94,7 @@ class _Package(types.ModuleType):
 
 
 def __getattr__(name: str) -> Any:
-    """Return a public name or a module of this package, imported at its first use."""
+    """Import a public name or a module of this package at its first use, and return it."""
     if name in _HOMES:
         value = getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
         globals()[name] = value

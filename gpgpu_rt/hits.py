@@ -65,7 +65,7 @@ class Hits:
 
     def _facts(self) -> views.Facts:
         """Return the numbers of rays by outcome, the range of t, and the means of the counters.
-        Above ``views.MOST_RAYS`` rays, estimate them from a sample of the rays."""
+        Above ``views.MOST_RAYS`` rays, estimate these facts from a sample of the rays."""
         step = views.stride(len(self), views.MOST_RAYS)
         status, triangle, t = self.status[::step], self.triangle[::step], self.t[::step]
         hit = (triangle >= 0) & (status == TRACED)
@@ -91,7 +91,7 @@ class Hits:
         return self.triangle >= 0
 
     def image(self, name: str) -> np.ndarray:
-        """Return the array ``name`` (a field, or "hit") in the rays' shape: (h, w) for (h, w, 3).
+        """Return the array ``name`` (a field, or "hit"): (h, w) for rays of shape (h, w, 3).
 
         Raises
         ------

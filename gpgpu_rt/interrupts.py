@@ -74,7 +74,7 @@ def _send(number: int) -> None:
 
 
 def _not_raised(problem: sys.UnraisableHookArgs) -> None:
-    """Send again a KeyboardInterrupt that Python could not raise, as in ``__del__``.
+    """Send again a KeyboardInterrupt that Python could not raise, for example in ``__del__``.
 
     Print any other exception as usual.
     """

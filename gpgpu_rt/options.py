@@ -1,4 +1,4 @@
-"""Options: the name of an option is a Python keyword, the word ``--name``, and a JSON key."""
+"""Options: an option's name is a keyword argument, the word ``--name``, and a JSON key."""
 from __future__ import annotations
 
 import inspect
@@ -20,7 +20,7 @@ class Option:
 
     Attributes
     ----------
-    name : The Python keyword and JSON key. The command line writes it with hyphens.
+    name : The keyword argument and JSON key. The command line writes the name with hyphens.
     default : The value that applies if the caller gives no value.
     help : The text for users. The text after "default:" explains the default None.
     kind : The type of a value. Unused if ``choices`` is not None.
@@ -34,7 +34,7 @@ class Option:
     relaxed : Choices for measurements, with which a search may lose hits.
     excludes : If this option differs from its default, these options must have their defaults.
     schedules : The schedules that allow a value other than the default. Empty for all schedules.
-    goes_with : The name of another option, and its values for which this option has a meaning.
+    goes_with : The name of another option, and the values with which this option has a meaning.
     common : Whether many users need the option. A command's short help lists only such options.
     label : A few plain words for a control of the viewer. Empty if ``name`` with spaces for
         underscores is plain enough; see ``title``.
@@ -166,8 +166,8 @@ class Option:
 TRUTH = {"1": True, "true": True, "yes": True, "on": True,
          "0": False, "false": False, "no": False, "off": False}
 
-# The chips that the option ``era`` accepts. It runs a method's era form: the kernels as in the
-# papers (docs/era.md). Each chip implies the schedule of cards without loops, the papers' triangle
+# The chips that the option ``era`` accepts. ``era`` runs the kernels as in the papers: the era
+# form (docs/era.md). Each chip implies the schedule of cards without loops, the papers' triangle
 # test, and the number format of the chip's fragment processors. NV40 and R580 compute in fp32, the
 # default (NV40 unless a program uses half-precision types). NV30 is missing because it has a
 # single render target, and its compiler refuses each of the kernels.

@@ -27,7 +27,7 @@ class Statistics:
     kernel_passes : Number of passes of each kernel, under the ``kernels`` schedule.
     live : Numbers of rays whose search has not ended. The schedules ``step`` and ``kernels``
         append a number at each count. The numbers of a picture's ray sets follow one another.
-    picture_passes : Name of a pass, except traversal passes -> number of its runs for the picture.
+    picture_passes : Name of a pass (no traversal pass) -> number of its runs for the picture.
     waves : Number of ray sets that a picture traced.
     texel_fetches : Texels per pixel that ``picture_passes`` read.
     vertices : An entry for each vertex of paths, if the integrator may pack the live paths into
@@ -54,8 +54,8 @@ class Statistics:
     first_hits : Numbers for a picture with rasterised first hits. ``drawn``: rasterised triangles.
         ``rivals``: triangles that a ray may hit before the rasterised triangle of its pixel; a
         large triangle counts once for each part of the image in which it is a rival. ``retraced``:
-        eye rays that the method traced, because they miss the rasterised triangle of their pixel
-        or their pixel has a rival. ``retraced_share``: the share of retraced rays.
+        eye rays that the method traced, because they miss the rasterised triangle of their pixel,
+        or because their pixel has a rival. ``retraced_share``: the share of retraced rays.
     pass_log : With statistics=True, an entry per program (``gl/pass_log.py``): name, draws,
         fragments, bytes of streams read, tables sampled, bytes written.
     uploaded_bytes, read_back_bytes : With statistics=True, bytes copied to the graphics card and
@@ -128,5 +128,5 @@ class Statistics:
             self.driver[name] = self.driver.get(name, 0.0) + value
 
     def of_structure(self) -> dict[str, Any]:
-        """Return the figures that `start_call` keeps."""
+        """Return the fields that `start_call` keeps."""
         return {name: getattr(self, name) for name in OF_STRUCTURE}

@@ -1,4 +1,4 @@
-"""Threads: share the work on long arrays; numpy releases the interpreter lock in its loops."""
+"""Threads: divides long arrays among threads; numpy's loops release the interpreter lock."""
 from __future__ import annotations
 
 import os

@@ -45,7 +45,7 @@ class Tracer:
     ----------
     scene : Scene, trimesh.Trimesh, a scene's name or a mesh file
     method : a name from ``methods()``, "auto", or ``Choices``: a method for coherent rays and a
-        method for incoherent rays. The first incoherent rays build the second accelerator. After a
+        method for incoherent rays, whose accelerator is built when it is first needed. After a
         call, ``statistics.choice``, ``method`` and ``options`` describe the used method. "auto"
         uses `tune`'s ``Choices`` for this scene and renderer, or else a safe default
     options : the options below, and the options that ``gpgpu-rt methods NAME`` prints for a method
@@ -57,9 +57,9 @@ class Tracer:
     Notes
     -----
     ``release``, or the end of a ``with`` block, frees textures and programs. Threads may share a
-    tracer or use their own; only one thread at a time uses the OpenGL context. ``statistics``
-    describes the last call of any thread. Processes must start by "spawn", because a context does
-    not survive a fork. A pickled tracer is made anew in the other process.
+    tracer or have their own tracers; only one thread at a time uses the OpenGL context.
+    ``statistics`` describes the last call of any thread. Processes must start by "spawn", because
+    a context does not survive a fork. A pickled tracer is made anew in the other process.
     """
 
     @public_call
@@ -363,7 +363,7 @@ class Tracer:
         Parameters
         ----------
         look : called after each pass, while its textures are unchanged
-        fragments : count the fragments and primitives of each pass, with queries around its draw
+        fragments : count the fragments and primitives of each pass, by queries
 
         Returns
         -------

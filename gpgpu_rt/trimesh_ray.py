@@ -1,13 +1,13 @@
 """A replacement for trimesh's ray engines: ``mesh.ray = RayMeshIntersector(mesh, "kd-restart")``.
 
-Names, arguments, shapes and the order of results are as in ``trimesh.ray``, with four differences:
+Names, arguments, shapes and the order of results are as in ``trimesh.ray``. Four things differ:
 
 * Hits are sorted by ray, then by (t, triangle), and include all hits on coincident triangles.
 * Intersection is computed in float32, which is too coarse far from the origin. A mesh farther from
   the origin than its size is therefore moved to the origin in float64. The positions of hits are
   computed in float64.
-* A place is a point where a ray passes through the mesh; at an edge or a vertex, it has several
-  triangles. ``intersects_location`` returns each place once, with its first triangle.
+* A place is a point where a ray passes through the mesh; a place at an edge or a vertex has
+  several triangles. ``intersects_location`` returns each place once, with its first triangle.
   ``intersects_id`` returns all triangles of a place, as trimesh's own engine does. With
   ``coincident=False``, it returns only the first, as trimesh's Embree engine does.
 * An invalid ray hits nothing. The length of a direction has no effect.
@@ -144,8 +144,8 @@ class RayMeshIntersector:
         """Return whether each of the (n, 3) points lies inside the mesh, (n,) bool.
 
         The result is undefined for points on the surface, and may be wrong if a ray grazes an
-        outline. trimesh's test sends two opposite rays from each point: the point is inside if
-        each ray hits an odd number of places.
+        outline. The test of trimesh sends two opposite rays from each point: the point is inside
+        if each ray hits an odd number of places.
         """
         return contains_points(self, points)
 

@@ -159,8 +159,8 @@ def variants(name: str) -> list[dict[str, object]]:
     one of the method's own options.
 
     Each choice of an option gives a setting, except the default and choices with which a search
-    may lose hits. An integer option gives the setting 6 if it is a constant of the programs and by
-    default 0 (off). If an option needs another option, the setting also contains the other option.
+    may lose hits. An integer option gives the setting 6 if it is a program constant and 0 (off) by
+    default. If an option needs another option, the setting also contains the other option.
     """
     settings: list[dict[str, object]] = [{}]
     for option in find_method(name).options:

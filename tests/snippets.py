@@ -5,7 +5,7 @@ earlier blocks. A ``sh`` block runs as a script of the shell, and ``python`` blo
 names. Comments in the page, each on the line before a block, change what happens:
 
 ``<!-- not run: REASON -->``
-    Leave the block out: it needs a display or a network, or takes too long.
+    Skip the block: it needs a display or a network, or takes too long.
 ``<!-- test with: --size 64 -->``
     Append these words to each ``gpgpu-rt`` command of the block, so that the test is quick.
 ``<!-- file: NAME -->``
@@ -15,7 +15,7 @@ Each line of a ``sh`` block that is run must begin with a command that every mac
 (COMMANDS).
 
 A ``text`` block after a block that is run shows the output of that block. "..." stands for words
-and lines that are left out. Lines may be broken elsewhere, and spaces count as one space. A
+and lines that are left out. Lines may be broken elsewhere, and several spaces count as one. A
 ``text`` block that begins with ``$ COMMAND`` shows another command, and is not compared here.
 """
 from __future__ import annotations
@@ -38,7 +38,7 @@ ROOT = Path(rt.__file__).parents[1]
 # The pages that are run whole.
 PAGES = sorted([ROOT / "README.md", ROOT / "docs" / "replication.md",
                 *ROOT.glob("docs/tour/*.md"), *ROOT.glob("docs/how-to/*.md")])
-# A block that begins a line with any other word needs a reason why the block is not run.
+# If a line begins with any other word, the block needs a reason why it is not run.
 COMMANDS = ("gpgpu-rt", "python", "mkdir", "cd", "cat", "ls", "echo")
 SECONDS = 180       # time limit of a ``sh`` block
 _OTHER_NAMES = ("bash", "shell", "console", "shell-session", "py", "python3", "pycon")

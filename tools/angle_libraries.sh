@@ -1,8 +1,8 @@
 #!/bin/sh
 # Fetches ANGLE and SwiftShader for the context `angle`: tools/angle_libraries.sh FOLDER
 #
-# The libraries come from an npm package of Chromium 147, because Chromium 156 of Debian contains
-# ANGLE in its executable. The script needs npm and node, and about 150 MB in a temporary folder.
+# The libraries come from an npm package of Chromium 147, because Debian's Chromium 156 has ANGLE only
+# inside its executable. The script needs npm and node, and about 150 MB in a temporary folder.
 set -eu
 
 PACKAGE=@sparticuz/chromium@147.0.0

@@ -103,8 +103,8 @@ apt-config dump | grep -E '^Acquire::(https?|ftp|Check-)' > "$root/etc/apt/apt.c
     true
 echo "deb $mirror $SUITE main" > "$root/etc/apt/sources.list"
 
-# Copy the environment variables and pip's settings unchanged. Also copy the files that these
-# settings name, and make read-only mounts of the folders that they name.
+# Copy the environment variables and pip's settings unchanged. Also copy the files, and mount
+# (read-only) the folders, that these settings name.
 env | grep -iE '^(https?_proxy|no_proxy|all_proxy|PIP_[A-Z_]*|SSL_CERT_(FILE|DIR)|[A-Z]*_CA_BUNDLE)=' \
     > "$root.environment" || true
 : > "$root.pip"

@@ -85,7 +85,7 @@ def figure(folder: Path, target: Path) -> None:
 
 
 def page(folder: Path, target: Path) -> None:
-    """Writes the drawing of a ray in the page of a browser."""
+    """Writes the drawing of a ray that the browser's page shows."""
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if chromium is None:
         print("SKIPPED: the picture of the page needs Chromium")

@@ -1,7 +1,7 @@
 """Test that mutated files are read, or refused with a one-line error, within 10 s and 2 GiB each.
 
-    python tools/mutate_files.py KIND COUNT [SEED]     # KIND: mesh, material, ..., or all
-    python tools/mutate_files.py KIND 1 SEED --keep FOLDER     # write the files of a case there
+    python tools/mutate_files.py KIND COUNT [SEED]     # KIND: `mesh`, `material`, ..., or `all`
+    python tools/mutate_files.py KIND 1 SEED --keep FOLDER     # write a case's files to FOLDER.
 
 A case is a small set of files of one kind, with random changes that depend only on its kind and
 seed. Cases run in a worker process with limits on memory and time. A case that takes too long,

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import tempfile
 
-# zink is Mesa's OpenGL over Vulkan. Vulkan draws with llvmpipe too, so hits are equal to the bit.
+# zink is Mesa's OpenGL over Vulkan. Vulkan uses llvmpipe, so hits equal llvmpipe's to the bit.
 ZINK = {"MESA_LOADER_DRIVER_OVERRIDE": "zink", "GALLIUM_DRIVER": "zink",
         "LIBGL_ALWAYS_SOFTWARE": "1",
         # Without this variable, Vulkan's loader prints a line to stderr.

@@ -31,7 +31,7 @@ if ! "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then
     exit 1
 fi
 if [ ! -x "$venv/bin/python" ]; then
-    if ! "$python" -m venv "$venv" >/dev/null 2>&1; then   # Debian has venv in its own package
+    if ! "$python" -m venv "$venv" >/dev/null 2>&1; then   # Debian packages venv separately
         rm -rf "$venv"
         apt_install python3-venv
         "$python" -m venv "$venv"
@@ -42,6 +42,6 @@ echo "Installing the package and its dependencies in $venv; this takes one to th
 "$venv/bin/python" -m pip install -qq --upgrade pip
 "$venv/bin/python" -m pip install -qq --editable '.[test,figures,report,docs,lint]'
 # setuptools' finder comes after the current folder. If the current folder holds this checkout under
-# the name gpgpu_rt, Python would import the folder itself. A path in sys.path prevents this.
+# the name gpgpu_rt, Python would import the folder itself. The checkout in sys.path prevents this.
 pwd > "$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/gpgpu_rt_checkout.pth"
 echo "Done. Next: . $venv/bin/activate"

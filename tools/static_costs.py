@@ -34,8 +34,8 @@ _TGSI = re.compile(r"^ *\d+: +(?P<op>\w+) ?(?P<rest>.*)$", re.M)
 _TEMP = re.compile(r"TEMP\[(\d+)\]")
 _INPUT = re.compile(r"\bIN\[\d+\]")
 _CONSTANT = re.compile(r"(?:CONST\[0\]|IMM)\[\d+\]")
-# TGSI operation -> instructions that NV40's driver emits for it (nvfx_fragprog.c). Others are one.
-# CMP sets NV40's condition codes and then moves each of its two values.
+# Operation of TGSI (Mesa's shader assembly) -> number of instructions that NV40's driver emits
+# (nvfx_fragprog.c); else 1. CMP sets the condition codes, and then moves each of its two values.
 _INSTRUCTIONS = {"CMP": 3, "SSG": 3, "POW": 3, "TRUNC": 4, "CEIL": 2, "DP2": 2, "IF": 2,
                  "KILL_IF": 2, "LRP": 2, "RSQ": 2, "ELSE": 0, "ENDIF": 0, "ENDLOOP": 0}
 
@@ -69,10 +69,10 @@ def _pairs(said: str) -> str:
 
 
 def _operations(said: str) -> dict[str, Any]:
-    """Return a program's counts from its listing in TGSI, Mesa's shader assembly.
+    """Return a program's counts from its listing in TGSI.
 
     ``arithmetic`` is the number of instructions that NV40's driver emits for the operations,
-    without fetches. The driver never joins operations, although the card can.
+    without fetches. The driver never joins two operations in an instruction, although NV40 can.
     """
     listing = said[said.index("FRAG"):].split("\n\n")[0].strip("\n")
     operations = [match for match in _TGSI.finditer(listing) if match["op"] != "END"]

@@ -1,5 +1,5 @@
-"""Measures how the time of rays grows with the number of triangles: on a rough ball of 0.1, 1 and
-10 million triangles."""
+"""Measures how the time to trace rays grows with the number of triangles, on a rough ball of 0.1,
+1 and 10 million triangles."""
 from __future__ import annotations
 
 import argparse

@@ -14,7 +14,7 @@ from PIL import Image
 
 WIDTH = 1200        # largest width of a figure, in pixels
 TOUR = Path(__file__).parents[1] / "docs" / "tour"
-# Picture, beginning with the number of its page -> file that a command of this page writes.
+# Picture (its name begins with the number of its page) -> file that a command of this page writes.
 PICTURES = {
     "1-brute-force.gif": "brute/passes.gif",
     "1-pass-30.png": "brute/pass_0030.png",

@@ -1,4 +1,4 @@
-"""Issued passes: lists the passes of a trace, with the records that each reads and writes."""
+"""Issued passes: lists a trace's passes, with the records that each pass reads and writes."""
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -38,7 +38,7 @@ def record_of(sampler: str) -> str:
 
 
 def kernel_of(one: ObservedPass) -> str:
-    """The name of a pass in a diagram: its kernel or, if it has none, its fragment program."""
+    """The name of a pass in a diagram: its kernel or, without a kernel, its fragment program."""
     if one.uniforms.get("equal"):
         return "tile_pairs, again"    # this second draw finds the lowest index at the nearest t
     return one.kernel or one.name.split("/")[-1].removesuffix(".frag")

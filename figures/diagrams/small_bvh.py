@@ -1,6 +1,6 @@
 """Small BVH: the diagrams' bounding volume hierarchy, as bvh-threaded builds and walks it.
 
-Its triangles and its ray come from small_world.py.
+The triangles and the ray come from small_world.py.
 """
 from __future__ import annotations
 

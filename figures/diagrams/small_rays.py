@@ -1,4 +1,4 @@
-"""Small rays: traces mirrored rays in a plane, and triangles across it, by `ray-hierarchy`."""
+"""Small rays: uses `ray-hierarchy` to trace mirrored rays in a plane, with triangles across it."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -20,9 +20,11 @@ THICK = 0.03    # triangles reach from z = -THICK to 2 * THICK; the rays lie in 
 class ConeLevel:
     """A level of the hierarchy of cones around rays, in world units.
 
+    Attributes
+    ----------
     centre, radius : (nodes, 3) and (nodes,), the spheres around the rays' origins
     axis : (nodes, 3), unit vectors, the axes of the cones
-    chord : (nodes,), the largest length of a ray's unit direction minus the axis
+    chord : (nodes,), the largest distance between the axis and a ray's unit direction
     reach : (nodes,), the largest distance up to which a ray of the node searches
     """
 
@@ -40,10 +42,12 @@ class ConeLevel:
 
 @dataclass
 class Round:
-    """A round of the traversal, which tests the pairs of a level of the hierarchy.
+    """A round of the traversal: it tests pairs of a triangle and a node of one level.
 
+    Attributes
+    ----------
     pairs : (n, 2), the triangle and the node of each pair
-    slots : (n, 4, 2), the triangle and each child of the node; -1 if no ray of the child can hit
+    slots : (n, 4, 2), the triangle and each child; -1 if no ray of the child can hit the triangle
     """
 
     level: int
@@ -56,7 +60,7 @@ class Round:
 
 
 def rays() -> tuple[np.ndarray, np.ndarray]:
-    """(RAYS, 3) origins on a wavy mirror, and directions; both lie in the plane z = 0."""
+    """Return (RAYS, 3) origins on a wavy mirror and mirrored directions, in the plane z = 0."""
     x = np.linspace(-1.0, 1.0, RAYS)
     origins = np.stack([x, 0.04 * np.sin(4 * x), 0 * x], 1)
     normals = np.stack([-0.16 * np.cos(4 * x), np.ones(RAYS), 0 * x], 1)
@@ -68,7 +72,7 @@ def rays() -> tuple[np.ndarray, np.ndarray]:
 
 
 def scene() -> rt.Scene:
-    """TRIANGLES triangles across the plane of the rays, in rows over the mirror."""
+    """Return TRIANGLES triangles that cross the plane of the rays, in rows over the mirror."""
     at = np.stack([np.tile([-1.0, 0.0, 1.0], 3), np.repeat([0.9, 1.5, 2.1], 3)], 1)
     at += 0.15 * np.random.default_rng(5).normal(size=at.shape)
     corner = np.array([[-0.15, 0.0, -THICK], [0.15, 0.0, -THICK], [0.0, 0.0, 2 * THICK]])

@@ -30,8 +30,8 @@ class World:
     triangles : (n, 3, 3) float32.
     lo, hi : (nodes, 3) float32, the boxes of the tree's nodes.
     origin, direction : (3,) float32. The size of the direction's largest component lies in
-        [0.5, 1). A tracer scales directions by a power of two to this size, so it keeps this
-        direction, and the kernels' t equals the caller's t.
+        [0.5, 1). A tracer scales directions by a power of two to this size, so the tracer keeps
+        this direction, and the kernels' t equals the caller's t.
     """
 
     scene: rt.Scene
@@ -54,13 +54,13 @@ class World:
         return bool(self.tree.axis[node] == KD_LEAF_AXIS)
 
     def name(self, node: int) -> str:
-        """S0, S1, ... for splits and n0, n1, ... for leaves, as in the survey's Figure 9."""
+        """Return S0, S1, ... for splits, n0, n1, ... for leaves, as in the survey's Figure 9."""
         leaf = self.tree.axis == KD_LEAF_AXIS
         same = leaf if leaf[node] else ~leaf
         return f"{'n' if leaf[node] else 'S'}{int(same[:node].sum())}"
 
     def inside(self, node: int) -> list[int]:
-        """The triangles that a leaf lists."""
+        """Return the triangles that a leaf lists."""
         first = self.tree.left[node]
         return self.tree.references[first:first + self.tree.count[node]].tolist()
 
@@ -68,14 +68,14 @@ class World:
         return self.origin.astype(np.float64) + t * self.direction.astype(np.float64)
 
     def plane_t(self, node: int) -> float:
-        """The ray's t at a split's plane, rounded as in the kernels."""
+        """Return the ray's t at a split's plane, rounded as in the kernels."""
         axis = self.tree.axis[node]
         inverse = np.float32(1) / self.direction[axis]
         return float((self.tree.split[node] - self.origin[axis]) * inverse)
 
 
 def standing_triangles(seed: int, count: int) -> np.ndarray:
-    """(count, 3, 3) float32: the base lies on the plane z = 0, the tip above the base's middle."""
+    """Return (count, 3, 3) float32: bases on the plane z = 0, tips above the bases' middles."""
     rng = np.random.default_rng(seed)
     middle = rng.uniform(0.12, 0.88, (count, 2))
     angle, half = rng.uniform(0, np.pi, count), rng.uniform(0.06, 0.14, count)

@@ -26,7 +26,7 @@ FINER = 2       # light is gathered at FINER x FINER places in a pixel
 
 
 def scene_of(name: str) -> rt.Scene:
-    """The scene of this name.
+    """Return the scene of this name.
 
     HUNG is `cornell-light`, but its lamp hangs half a millimetre under a closed ceiling, as the
     lamp of `cornell` does.
@@ -45,7 +45,7 @@ def scene_of(name: str) -> rt.Scene:
 
 def traced_gather(bundles: RayBundles, cut: rt.Tracer, seen: Visible, count: int
                   ) -> tuple[np.ndarray, float]:
-    """Gather like ``bundles.gather``, but trace rays with ``cut``, the tracer of the patches.
+    """Gather light like ``bundles.gather``, but trace rays with ``cut``, a tracer of the patches.
 
     Returns (h, w, 3) irradiance, and the seconds of tracing.
     """
@@ -132,7 +132,7 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
 
 
 def left_out(scene: rt.Scene, seen: Visible, size: int) -> np.ndarray:
-    """(size, size) bool: pixels that the comparison leaves out.
+    """Return the pixels that the comparison leaves out, (size, size) bool.
 
     These are the pixels of lamps, of the background and of edges, and the neighbours of such
     pixels. There the path tracer averages over the pixel, but bundles gather at a few places.
@@ -150,7 +150,7 @@ def left_out(scene: rt.Scene, seen: Visible, size: int) -> np.ndarray:
 
 
 def _errors(picture: np.ndarray, path: np.ndarray, out: np.ndarray) -> dict[str, float]:
-    """Errors of a picture against the path tracer's picture, without the pixels in ``out``."""
+    """Return a picture's errors against the path tracer's picture, without the pixels ``out``."""
     off = (picture - path)[~out]
     truth = path[~out]
     return {"rmse": float(np.sqrt((off ** 2).mean()) / truth.mean()),
@@ -163,7 +163,7 @@ def _smaller(picture: np.ndarray, size: int) -> np.ndarray:
 
 
 def _near(some: np.ndarray) -> np.ndarray:
-    """(h, w) bool: the pixels that are set in ``some``, and their neighbours."""
+    """Return the pixels that are set in ``some``, and their neighbours, (h, w) bool."""
     wide = np.pad(some, 1)
     h, w = some.shape
     return np.any([wide[y:y + h, x:x + w] for y in range(3) for x in range(3)], axis=0)

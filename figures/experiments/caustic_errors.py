@@ -21,7 +21,7 @@ PHOTONS, ITERATIONS = 256, 5
 
 
 def scene_of(name: str) -> rt.Scene:
-    """A scene with a refractor or a mirror over a floor or over steps."""
+    """Return a scene with a refractor or a mirror over a floor or over steps."""
     ground = [floor((-5, -5), (5, 5), 0.0, 4)]
     if name == "glass bunny":
         mesh = rt.load_scene("bunny").triangles.astype(np.float64)
@@ -60,8 +60,8 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
 
     In the result, ``seconds`` has the times of alternating runs. The mapping improves its estimate
     of a photon's distance to the receiver step by step. For each number of estimates in
-    ``guesses``, ``apart`` has the median and the 90 % quantile of the distance between a photon's
-    mapped and traced landing. ``lost`` has the share of light whose mapped photons do not land.
+    ``guesses``, ``apart`` has the median and the 90 % quantile of the distance between mapped and
+    traced landing points. ``lost`` has the share of light whose mapped photons do not land.
     ``rasterised`` and ``traced`` are pictures of both maps, (size, size), without the refractor.
     """
     scene = scene_of(name)
@@ -114,7 +114,7 @@ def _without(scene: rt.Scene, rows: np.ndarray) -> rt.Scene:
 
 
 def _direct(tracer: rt.Tracer, seen: Visible) -> np.ndarray:
-    """(h, w) direct irradiance from the light; 0 where the light is hidden."""
+    """Return (h, w) direct irradiance from the light; 0 where the light is hidden."""
     to = np.asarray(LIGHT) - seen.places
     away = np.linalg.norm(to, axis=2)
     light = np.maximum((to * seen.normals).sum(2), 0) / away ** 3

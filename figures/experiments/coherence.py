@@ -18,7 +18,7 @@ TILE = 64    # rays in a tile
 
 def needed_nodes(bvh: Bvh, origins: np.ndarray, directions: np.ndarray,
                  t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Find the nodes whose boxes a ray meets before its hit. Every traversal must visit them.
+    """Find the nodes whose boxes a ray meets before its hit. A traversal must visit these nodes.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def needed_nodes(bvh: Bvh, origins: np.ndarray, directions: np.ndarray,
 
 
 def distinct_nodes(rays: np.ndarray, nodes: np.ndarray, tile_of: np.ndarray) -> float:
-    """The mean number of different nodes that the rays of a tile must visit.
+    """Return the mean number of different nodes that the rays of a tile must visit.
 
     Tiles whose rays visit no node do not count.
 
@@ -64,20 +64,20 @@ def distinct_nodes(rays: np.ndarray, nodes: np.ndarray, tile_of: np.ndarray) -> 
 
 
 def tiles_of_image(size: int, side: int = 8) -> np.ndarray:
-    """(size squared,) int: the number of each ray's tile, if tiles have side x side pixels."""
+    """Return each ray's tile, (size squared,) int, for tiles of side x side pixels."""
     y, x = np.divmod(np.arange(size * size), size)
     return (y // side) * -(-size // side) + x // side
 
 
 def tiles_of_order(order: np.ndarray) -> np.ndarray:
-    """(n,) int: the tile of each ray, if every 64 consecutive rays of ``order`` form a tile."""
+    """Return each ray's tile, (n,) int, for tiles of 64 consecutive rays of ``order``."""
     tiles = np.empty(len(order), np.int64)
     tiles[order] = np.arange(len(order)) // TILE
     return tiles
 
 
 def divergence(steps: np.ndarray, tile_of: np.ndarray) -> float:
-    """How much longer rays take because each tile waits for its longest ray.
+    """Measure how much longer rays take because each tile waits for its longest ray.
 
     Return the number of steps with waiting, divided by the number of steps without waiting.
     """
@@ -88,7 +88,7 @@ def divergence(steps: np.ndarray, tile_of: np.ndarray) -> float:
 
 @contextmanager
 def observe_order(tracer: rt.Tracer) -> Iterator[list[np.ndarray]]:
-    """Collect the orders in which the tracer sorts the rays of the traces within the context.
+    """Collect, for each trace in the context, the order into which the tracer sorts the rays.
 
     An order is (n,) int32, the indices of the rays in sorted order.
     """

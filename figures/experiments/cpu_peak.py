@@ -16,9 +16,9 @@ from gpgpu_rt.gl.environment import processors
 from gpgpu_rt.gl.full_screen import FullScreenPass
 from gpgpu_rt.gl.textures import make_texture
 
-# Flag of a processor -> single precision operations per core and clock. The first entry whose flag
-# the processor has decides. A core is assumed to have two vector units. With fused instructions,
-# both units multiply and add; without them, one unit multiplies and the other adds.
+# Flag of a processor -> single precision operations per core and clock. The first entry with a
+# flag of the processor decides. A core is assumed to have two vector units. With fused
+# instructions, both units multiply and add; without them, one unit multiplies and the other adds.
 A_CLOCK = (("avx512f", 64), ("fma", 32), ("avx", 16), ("sse2", 8))
 BASE = Path("/sys/devices/system/cpu/cpu0/cpufreq/base_frequency")   # kHz
 MATRIX = 768   # rows of the matrices whose product is timed
@@ -30,14 +30,14 @@ RUNS = 5       # timed runs of the fragment program, after a warm-up run
 
 @functools.cache
 def peak(count: int) -> dict[str, Any]:
-    """The arithmetic rates of ``count`` threads, in FLOP/s of single precision.
+    """Return the arithmetic rates of ``count`` threads, in FLOP/s of single precision.
 
     Returns
     -------
     nominal : clock times operations per clock times cores, or None if a factor is unknown.
     attained : the rate of numpy's matrix product on all threads, the fastest of several runs.
     fragments : the rate of multiply-adds in fragment programs of the current renderer.
-    clock, a_clock, cores : the factors of nominal; ``cores`` counts those that run the threads.
+    clock, a_clock, cores : the factors of nominal; ``cores`` counts cores in use.
     model, threads : the processor's model, and ``count``.
     clock_is : words that say whether ``clock`` is the base clock or the current clock.
     """
@@ -54,7 +54,7 @@ def peak(count: int) -> dict[str, Any]:
 
 
 def clock_of(facts: Mapping[str, str], base: Path) -> tuple[float | None, str]:
-    """The clock in Hz, and words that say which clock it is.
+    """Return the clock in Hz, and words that say which clock it is.
 
     The base clock comes from the file ``base`` or the model's name. If neither has it, the clock
     is the current clock, or None if unknown.
@@ -72,7 +72,7 @@ def clock_of(facts: Mapping[str, str], base: Path) -> tuple[float | None, str]:
 
 
 def cores_of(listed: Sequence[Mapping[str, str]]) -> int:
-    """The number of physical cores, or 0 if unknown. All threads of a core have the same ids."""
+    """Return the number of physical cores, or 0 if unknown. A core's threads have the same ids."""
     return len({(one["physical id"], one["core id"]) for one in listed
                 if "physical id" in one and "core id" in one})
 

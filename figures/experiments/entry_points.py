@@ -43,10 +43,10 @@ def cells(full: bool) -> list[Cell]:
 
 def row(scene: str, label: str, plain: dict[str, Any], treated: dict[str, Any]
         ) -> dict[str, Any]:
-    """The page's row for two measurements, without and with entry points or bounds.
+    """Return the page's row for two measurements, one of them with entry points or bounds.
 
-    A beam holds the rays of a tile. ``nodes_of_beams`` counts the nodes that all beams visit,
-    divided by the rays; it is 0 for bounds, which have no beams.
+    A beam holds the rays of a tile. ``nodes_of_beams`` is the number of nodes that all beams
+    visit, divided by the number of rays. For bounds, which have no beams, it is 0.
     """
     nodes, left = (each["counters"]["nodes_visited"] for each in (plain, treated))
     driver = treated["driver"]

@@ -19,7 +19,7 @@ from ..framework.predicted_times import PredictedRow
 from ..survey.on_cards import ON_CARDS
 from .era_machine_page import write_page
 
-# A figure and a column. The column repeats numbers of Figure 16, so the median leaves it out.
+# The median leaves out this column of this figure, because it repeats numbers of Figure 16.
 REPEATED = ("fig22", "kd-ropes-packet")
 
 

@@ -1,4 +1,4 @@
-"""Era numbers: counts the rays that are lost by the number formats of the papers' cards.
+"""Era numbers: counts the rays that go wrong in the number formats of the papers' cards.
 
 The Ray Engine computes in the fixed point of R200 and NV25. Other methods run in the era form
 (docs/era.md), in fp24 and fp32.

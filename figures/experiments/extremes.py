@@ -43,8 +43,8 @@ def settings_of(row: Any) -> list[dict[str, Any]]:
 def cells(full: bool) -> list[Cell]:
     """Return the cells of every setting of every method.
 
-    The quick size leaves out methods without the schedule `loop`. Of methods outside DETAIL, it
-    keeps only the defaults.
+    The quick size omits methods without the schedule `loop`. For methods outside DETAIL, the quick
+    size has only the defaults.
     """
     return [Cell("extremes", row.name, tuple(options.items()), 128 if full else 24, "extremes", 1)
             for row in rt.methods() if full or "loop" in row.schedules
@@ -127,7 +127,7 @@ def _settings_table(results: dict[Cell, dict[str, Any]]) -> str:
 
 
 def _chart(results: dict[Cell, dict[str, Any]], path: Path, renderer: str) -> None:
-    """Draw a map of settings and cases: the share of rays with a leak, a false hit or no end."""
+    """Draw a map of settings and cases: the share of leaks, false hits and unfinished rays."""
     names = list(FAMILIES)
     shares = np.full((len(results), len(names)), np.nan)
     for i, result in enumerate(results.values()):

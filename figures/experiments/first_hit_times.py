@@ -16,10 +16,10 @@ from gpgpu_rt.workers.machine import alone
 
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int,
             runs: int) -> dict[str, dict[str, Any]]:
-    """Measure first hits from each source in FIRST_HITS: traced, rasterised and verified.
+    """Measure the first hits from each source: traced, rasterised and verified (FIRST_HITS).
 
-    Returns for each source the seconds of its runs, the number of rays in doubt, and the pixels,
-    numbered row by row, whose hit differs from the traced hit. The runs of the sources alternate.
+    Returns for each source the seconds of its runs, the number of rays in doubt, and the indices
+    (row by row) of pixels that differ from the traced hits. The runs of the sources alternate.
     """
     with rt.Tracer(scene, method, **options) as tracer:
         truth = tracer.eye_hits(size=(size, size))
@@ -37,6 +37,6 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int,
 
 
 def ratio(found: dict[str, dict[str, Any]], kind: str) -> float:
-    """The time of tracing divided by the time of a source of first hits, as a median of runs."""
+    """Return the tracing time divided by the time of a source, as the median over all runs."""
     pairs = zip(found["traced"]["seconds"], found[kind]["seconds"])
     return statistics.median(traced / took for traced, took in pairs)

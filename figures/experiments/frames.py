@@ -1,4 +1,4 @@
-"""Frames: compares the frame times of moving scenes with refitted and rebuilt structures."""
+"""Frames: measures frame times of moving scenes, with structures refitted or rebuilt."""
 from __future__ import annotations
 
 import statistics
@@ -23,7 +23,7 @@ BUILDS = {"sah": ("cpu",), "lbvh": ("cpu", "gpu"), "hybrid": ("cpu",)}
 REBUILT = ("bih", "kd-short-stack", "kd-stack")    # cannot refit: rebuilt each frame
 BUDGE = "kd-stack"    # Budge et al. 2008: stack traversal while the CPU builds the next tree
 IN_TURN, OVERLAPPED = f"{BUDGE} rebuilt", f"{BUDGE} rebuilt, a frame ahead"
-# Measured at full size only.
+# Scenes that are measured at full size only.
 FULL_ONLY = ("explosion", "robots-moving", "kitchen-moving", "bunny")
 FRAMES, FULL_FRAMES = 3, 12
 

@@ -55,7 +55,7 @@ def _moved(scene: rt.Scene, rays: Workload, method: str,
            options: dict[str, Any]) -> dict[str, Any]:
     """Return the bytes that all passes move, from the pass log.
 
-    ``rays`` counts the bytes that are read of rays, ``state`` those of states and hits.
+    ``rays`` counts the bytes read from rays, ``state`` the bytes read from states and hits.
     """
     with rt.Tracer(scene, method, **options) as tracer:
         with tracer.gpu, logged(tracer.gpu, Statistics()) as log:

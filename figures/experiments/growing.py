@@ -1,4 +1,4 @@
-"""Growing: ten scenes. Each needs more features of the renderer than the scene before.
+"""Growing: makes ten scenes. Each needs more features of the renderer than the scene before.
 
 All scenes have the same triangles: a bunny, a floor, a square above both, and two balls.
 """
@@ -22,7 +22,7 @@ BUNNY, FLOOR, LAMP, BALL, GLASS = range(5)
 
 @cache
 def scenes(name: str = "bunny") -> tuple[rt.Scene, ...]:
-    """Return the scene of each step, with the mesh of the scene ``name`` in the middle."""
+    """Return the ten scenes, with the mesh of the scene ``name`` in the middle."""
     base = rt.load_scene(name)
     lo, hi = (side.astype(np.float64) for side in base.bounds)
     middle, size = (lo + hi) / 2, float((hi - lo).max())

@@ -1,8 +1,8 @@
 """Ideal hardware: a cost model of hardware for rays (survey, sections 4.4 and 5).
 
-It computes how long the counted steps and tests of rays take on three kinds of machines: a
-graphics card, alone or with triangle or traversal units; the prototypes RPU and SaarCOR, which
-have traversal units; and the Cell, which has explicit transfers.
+It computes how long the counted steps and tests of rays take on three kinds of machines. The first
+is a graphics card, alone or with triangle or traversal units. The second are the prototypes RPU
+and SaarCOR, which have traversal units. The third is the Cell, which has explicit transfers.
 """
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from ..framework.results import finished, read
 from .gap_work import COMPILED, DONE, SIDE
 
 SCENES = ("kitchen", "conference")
-# kd-texture-stack stands for kd-stack and visits the same nodes. The costs come from the compilers
-# of the papers' cards. These compilers cannot compile kernels of kd-stack (docs/era.md).
+# kd-texture-stack replaces kd-stack and visits the same nodes. The costs of kd-stack are unknown,
+# because the compilers of the papers' cards cannot compile its kernels (docs/era.md).
 METHODS = ("kd-restart", "kd-texture-stack", "bvh-threaded")
-CARD, TREE = "G80", "kd-texture-stack"     # TREE: the method of the prototypes, which have a stack
+CARD, TREE = "G80", "kd-texture-stack"     # TREE: for the prototypes, which have a stack
 BVH = "bvh-threaded"     # Benthin et al. used a BVH on the Cell; this method has no stack
 HEADS = ("scene", "method", "machine", "shader ns", "steps ns", "tests ns", "memory ns",
          "waiting ns", "ns a ray", "Mrays/s", "bound by", "published Mrays/s")
@@ -206,7 +206,7 @@ def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:
 
 
 def _cell_sentence(times: dict[tuple[str, str, str], list[Any]], scene: str) -> str:
-    """The Cell's rate with a BVH, as in Benthin et al., and the share of shading."""
+    """Return sentences on the Cell's rate with a BVH, as in Benthin et al., and on shading."""
     if (scene, BVH, "Cell, transfers hidden") not in times:
         return ""
     row, cell = times[scene, BVH, "Cell, transfers hidden"], machines()["Cell"]

@@ -21,8 +21,8 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) ->
     ``hit`` counts the rays that should hit. Of these rays, ``lost`` counts those without a hit,
     and ``other`` those that hit another triangle. ``false`` counts the rays that hit but should
     miss. ``t_error`` is the median relative error of t over the rays with the right triangle, or
-    None. ``map`` has two bit maps of the image in base64, row by row: of the
-    lost rays, and of the rays with a wrong hit.
+    None without such rays. ``map`` has two bit maps of the image in base64, row by row: the first
+    marks the lost rays, the second the rays with a wrong hit.
     """
     rays = scene.camera.rays((size, size))
     with rt.Tracer(scene, EXACT) as tracer:

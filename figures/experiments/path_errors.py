@@ -38,7 +38,7 @@ def cornell_truth() -> tuple[np.ndarray, np.ndarray]:
 
 
 def truth_noise() -> float:
-    """The mean relative error of Mitsuba's picture, if its noise is normally distributed."""
+    """Return the mean relative error of Mitsuba's picture, assuming normally distributed noise."""
     radiance, error = cornell_truth()
     seen = radiance > 0
     return float(np.sqrt(2 / np.pi) * (error[seen] / radiance[seen]).mean())
@@ -51,11 +51,11 @@ def relative_error(found: np.ndarray, truth: np.ndarray) -> float:
 
 
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:
-    """Return mean relative errors by number of samples.
+    """Return three mean relative errors for each number of samples, and ``truth_noise``.
 
-    "scene" is the error of the scene's pixels; the square of the truth's own noise is subtracted
-    from the square of the error. "furnace" is the error of the furnace's pixels, and
-    "furnace_mean" is the error of their mean.
+    `scene` is the error of the scene's pixels: the square of ``truth_noise`` is subtracted from
+    the square of the error. `furnace` is the error of the furnace's pixels, and `furnace_mean` is
+    the error of the mean of these pixels.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) ->
 
 def pictures(scene: rt.Scene, method: str, options: dict[str, Any], size: int
              ) -> Iterator[tuple[int, np.ndarray]]:
-    """Yield each number of samples, a power of two, with the radiance, (size, size, 3)."""
+    """Yield (samples, radiance) for powers of two; the radiance is (size, size, 3)."""
     with rt.Tracer(scene, method) as tracer:
         for power in range(FEWEST.bit_length() - 1, int(options["samples"]).bit_length()):
             tracer.render(size=(size, size), integrator="path",

@@ -1,4 +1,4 @@
-"""Path noise: draws the error of path tracing by samples, for Sobol' and for random points."""
+"""Path noise: plots the error of path tracing against the number of samples, by sampler."""
 from __future__ import annotations
 
 from pathlib import Path

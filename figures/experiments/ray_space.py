@@ -1,7 +1,7 @@
 """Ray space: tests whether tables over rays suit graphics hardware (survey, Table 1).
 
-It compares ray classification and the visibility field with a kd-tree and a BVH: by memory, by
-rates, and by candidates, the triangles that a ray tests.
+The figure compares ray classification and the visibility field with a kd-tree and a BVH by memory,
+by rates, and by candidates (the triangles that a ray tests).
 """
 from __future__ import annotations
 

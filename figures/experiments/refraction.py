@@ -86,7 +86,7 @@ def _pictures(line: Any, cell: Cell, result: dict[str, Any]) -> None:
 
 
 def _chequers(directions: np.ndarray) -> np.ndarray:
-    """(h, w, 3) colours of the surroundings, in squares of 15 degrees."""
+    """Return the surroundings' colours, (h, w, 3), in squares of 15 degrees."""
     x, y, z = np.moveaxis(directions, 2, 0)
     squares = (np.floor(np.degrees(np.arctan2(x, -z)) / 15)
                + np.floor(np.degrees(np.arcsin(np.clip(y, -1, 1))) / 15)) % 2

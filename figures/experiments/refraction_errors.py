@@ -16,7 +16,7 @@ IOR = 1.5
 
 
 def scene_of(name: str) -> rt.Scene:
-    """The catalogue's scene of this name, or a sphere for "ball"."""
+    """Return the catalogue's scene of this name, or a sphere for "ball"."""
     if name != "ball":
         return rt.load_scene(name)
     corners = np.asarray(ball(20000), np.float32).reshape(-1, 3)
@@ -25,13 +25,13 @@ def scene_of(name: str) -> rt.Scene:
 
 def measure(name: str, method: str, options: dict[str, Any], size: int,
             runs: int) -> dict[str, Any]:
-    """Compare image-space refraction with traced rays and with the truth.
+    """Compare image-space refraction in time with traced rays, and in direction with float64 rays.
 
-    ``seconds`` has the times of alternating runs: of the rasterised passes, and of the traced eye
-    rays and refracted rays. ``triangles`` is the number of triangles. All other entries have a
-    value for each pixel, row by row. ``found`` and ``truth`` are the directions of the refracted
-    light by passes and by float64 rays; ``off`` is the angle between both in degrees. ``kind`` and
-    ``right`` say what the pixel shows by passes and by float64 rays (the kinds of refraction.py).
+    ``seconds`` has the times of alternating runs of the rasterised passes and of the traced eye
+    rays and refracted rays. ``triangles`` is a number. All other entries have a value for each
+    pixel, row by row. ``found`` is the direction of the refracted light according to the passes,
+    and ``truth`` according to float64 rays; ``off`` is the angle between both in degrees. ``kind``
+    and ``right`` say what the pixel shows according to passes and float64 rays (refraction.py).
     """
     scene = scene_of(name)
     origins, directions = (r.reshape(-1, 3) for r in scene.camera.rays((size, size)))

@@ -1,4 +1,4 @@
-"""Sheets: tests whether the Ray Engine finds the topmost of several squares with tiny gaps.
+"""Sheets: tests whether the Ray Engine finds the topmost square of a stack with tiny gaps.
 
 Rays hit the squares from above. A depth buffer confuses hits at nearly equal distances.
 """
@@ -10,10 +10,10 @@ import numpy as np
 
 import gpgpu_rt as rt
 
-# number of sheets; height of the floor below, where the range of depth ends
+# number of squares (sheets); height of the floor below the sheets
 COUNT, FLOOR = 9, -7.0
 FAR = 1.0 - FLOOR         # range of depth: from a ray's highest origin to the floor
-GAPS = tuple(range(-27, -20))       # measured gaps: 2 to these exponents, times FAR
+GAPS = tuple(range(-27, -20))       # the measured gaps are 2^k * FAR for these k
 HEADS = ("gap / length", "wrong with MIN blending", "wrong with a depth buffer",
          "error of t / length, with a depth buffer")
 

@@ -25,7 +25,7 @@ HEADS = ("rays", "method", "order", "width", "utilisation", "kernel runs a ray")
 
 
 def size(full: bool) -> int:
-    """Pixels per side."""
+    """Return the image's pixels per side."""
     return 512 if full else 128
 
 
@@ -40,7 +40,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def lanes(one: dict[str, Any], width: int) -> int:
-    """Count the runs of all lanes, busy or waiting, in kernels that visit nodes or triangles."""
+    """Sum the runs of busy and waiting lanes over the kernels that visit nodes or triangles."""
     return sum(count for kernel, count in one["lanes"][str(width)].items() if kernel not in WITHIN)
 
 

@@ -39,7 +39,7 @@ def _bytes(fields: Iterable[Field], names: Iterable[str] | None = None) -> int:
 
 # A BVH's stack stores only nodes; a kd-tree's stack also stores where the interval ends.
 NODE, KD_ENTRY = _bytes(STACK_ENTRY.fields, ["node"]), _bytes(STACK_ENTRY.fields)
-# `state_bytes` counts only these fields of a packet's state. A packet keeps them within a pass.
+# `state_bytes` counts only these fields of a packet's state, which a packet needs within a pass.
 LOCAL = ("node", "cursor", "stacked")
 # Label -> method, options, bytes of a stack entry, and number of entries (None: as many as the
 # tree requires).
@@ -52,7 +52,7 @@ METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int, int | None]] = {
     "bvh-threaded octants": ("bvh-threaded", (("octants", True),), 0, 0),
     "bvh-stack": ("bvh-stack", (), NODE, None)}
 # Label -> the method to compile and trace, if not the label's own. kd-texture-stack walks as
-# kd-stack does, but its stack lies in textures.
+# kd-stack does, but with a stack in textures.
 KERNELS = {"kd-stack": "kd-texture-stack"}
 # Label -> the method whose states show how deep the stack is.
 DEPTHS = {"kd-stack": "kd-texture-stack", "bvh-stack": "bvh-stack"}
@@ -96,9 +96,9 @@ class WarpWork:
     """The work of a ray, including the idle lanes of its warp.
 
     instructions : instructions of kernels
-    fetches : fetches of texels of tables
-    levels : `LoopCost.levels`, summed over all runs of kernels: the longest chain of dependent
-        fetches of a run
+    fetches : fetches of table texels
+    levels : the longest chain of dependent fetches in a run of a kernel (`LoopCost.levels`),
+        summed over all runs
     """
 
     instructions: float
@@ -111,7 +111,7 @@ class WarpWork:
 
         Parameters
         ----------
-        gap : a result of gap_work.py of the kind DONE: the lanes that run each kernel
+        gap : a result of gap_work.py (work DONE): the number of lanes that run each kernel
         costs : kernel -> the cost of a run
         """
         def a_ray(field: str) -> float:
@@ -130,8 +130,8 @@ class OnChip:
     def fitting(self, memory: int) -> int:
         """Return how many rays fit on a multiprocessor, in whole warps.
 
-        The rays' states must fit into the registers, and their stacks into ``memory`` bytes. Their
-        number is at most the card's limit of resident rays.
+        The rays' states must fit into the registers, and their stacks into ``memory`` bytes. The
+        number of rays is at most the card's limit of resident rays.
         """
         card = machines()[CARD]
         states = card.registers // (self.registers * WARP) * WARP
@@ -193,7 +193,7 @@ def state_bytes(label: str) -> int:
 
 
 def kept(data: Path, full: bool) -> dict[str, tuple[OnChip, int | None]]:
-    """Return for each method what a ray keeps, and a ray's deepest stack (None outside DEPTHS)."""
+    """Return for each label a ray's bytes, and the deepest stack (None if not in DEPTHS)."""
     found: dict[str, tuple[OnChip, int | None]] = {}
     for label, (_, _, entry, entries) in METHODS.items():
         if label not in DEPTHS:     # no stack, or a short stack, whose entries fit into registers
@@ -205,7 +205,7 @@ def kept(data: Path, full: bool) -> dict[str, tuple[OnChip, int | None]]:
 
 
 def flights(data: Path, full: bool) -> dict[str, Flight]:
-    """Return the flight of each method with compiled kernels and measured work."""
+    """Return the `Flight` of each method with compiled kernels and measured work."""
     found = {}
     for label, (one, _) in kept(data, full).items():
         if label in missing_kernels() or not (result := read(_cell(label, full), data)):

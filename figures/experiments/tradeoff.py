@@ -27,15 +27,15 @@ LOOKS = dict(zip(("fp32", "fp24", "fp16"), zip(COLOURS, MARKERS)))   # colour an
 
 
 def scenes(full: bool) -> tuple[str, ...]:
-    """The figure's scenes; the quick size has one."""
+    """Return the figure's scenes; the quick size has one."""
     return SCENES if full else SCENES[:1]
 
 
 def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
     """Return the settings: precisions, triangle tests, and values of options that may lose hits.
 
-    Options vary only in full precision. On the first scene, methods in SLOW have their defaults
-    only. At the quick size, methods outside DETAIL vary only the precision.
+    Options vary only in full precision. On the bunny, methods in SLOW have their defaults only.
+    At the quick size, methods outside DETAIL vary only the precision.
     """
     table = option_table(row.name)
     found: list[dict[str, Any]] = [{}]
@@ -55,8 +55,8 @@ def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
 def cells_of(scene: str, full: bool) -> list[Cell]:
     """Return the cells of a scene.
 
-    ``brute-force``, and on the bunny methods without the schedule `loop`, are left out because
-    they take minutes. ``brute-force`` finds the same hits as the grid.
+    Methods that take minutes are left out: ``brute-force``, and methods without the schedule
+    `loop` on the bunny. ``brute-force`` finds the same hits as the grid.
     """
     found = []
     for row in rt.methods():
@@ -75,7 +75,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
-    """Indices of the points (rate, error) that no other point beats in both, fastest first."""
+    """Return the indices of points (rate, error) that no other beats in both, fastest first."""
     order = sorted(range(len(points)), key=lambda i: (-points[i][0], points[i][1]))
     kept: list[int] = []
     for i in order:

@@ -7,8 +7,8 @@ from typing import Any
 
 from .. import experiments, survey
 
-# Name of a figure -> its title. A survey's figure is a module in ``survey/`` whose name begins
-# with the figure's name. An experiment is the module of that name in ``experiments/``.
+# Name -> title. A figure of the survey is a module in ``survey/`` whose file name begins with the
+# figure's name. An experiment is a module in ``experiments/`` with the experiment's name.
 FIGURES = {
     "fig01": "Figure 1: reflections, soft shadows, refraction",
     "fig02": "Figure 2: the shader pipeline, as a pass of this program goes through it",
@@ -76,5 +76,5 @@ def figure_of(name: str) -> Any:
 
 
 def of_survey(name: str) -> bool:
-    """Whether ``name`` is one of the survey's own figures and tables."""
+    """Return whether ``name`` is one of the survey's own figures and tables."""
     return name.startswith(("fig", "table"))

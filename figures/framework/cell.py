@@ -37,5 +37,5 @@ class Cell:
 
 
 def timed_runs(full: bool) -> int:
-    """The number of timed runs of a cell. Their median is the result."""
+    """Return the number of timed runs of a cell. The median of the runs is the result."""
     return 5 if full else 3

@@ -72,9 +72,9 @@ Taus = dict[Panel, tuple[float, float]]   # tau-b of the predicted and of the me
 class Comparison:
     """A figure: its panels, its columns, and a cell (cell.py) for each panel and column.
 
-    ``asked(panel, column, full)`` returns this cell without the triangle test. ``source`` names
-    the paper and the hardware of the published times. ``remarks`` returns sentences on the
-    results.
+    ``asked(panel, column, full)`` returns this cell without the option for the triangle test.
+    ``source`` names the paper and the hardware of the published times. ``remarks`` returns
+    sentences on the results.
     """
 
     name: str
@@ -89,7 +89,7 @@ class Comparison:
     paper_card: PaperCard | None = None   # the card on which the paper measured
 
     def pairs(self, full: bool) -> list[tuple[Panel, MethodColumn]]:
-        """The pairs of a panel and a column that are measured."""
+        """Return the measured pairs of a panel and a column."""
         return [(panel, column) for panel in self.panels for column in self._columns_of(panel)
                 if full or panel.scene not in self.full_only]
 
@@ -98,14 +98,14 @@ class Comparison:
                 if column.only in (None, panel.rays) and panel.scene not in column.skips]
 
     def cell(self, panel: Panel, column: MethodColumn, full: bool) -> Cell:
-        """The cell of a panel and a column, with PERIOD_TEST."""
+        """Return the cell of a panel and a column, with the triangle test PERIOD_TEST."""
         cell = self.asked(panel, column, full)
         if cell.method == ON_CPU:
             return cell
         return replace(cell, options=(*cell.options, PERIOD_TEST))
 
     def cells(self, full: bool) -> list[Cell]:
-        """The cells that time methods here, and the cells that count kernels for the card."""
+        """Return cells that time methods here, and cells that count kernels for the card."""
         return [*(self.cell(panel, column, full) for panel, column in self.pairs(full)),
                 *predicted_times.cells(self, full)]
 
@@ -133,7 +133,7 @@ class Comparison:
             self._chart(rows, taus, out, results)
 
     def judge(self, data: Path, full: bool) -> verdicts.Verdict:
-        """The verdict on the order of the methods and on the ratios between them.
+        """Return the verdict on the order of the methods and on the ratios between their times.
 
         With a ``paper_card``, the verdict is on the times that are predicted for this card. The
         verdict's ``renderer`` is then the verdict on the present renderer's times. Without a
@@ -153,7 +153,7 @@ class Comparison:
         return replace(said, why=said.why + self._not_predicted())
 
     def _not_predicted(self) -> str:
-        """A sentence on the paper's methods without predicted times, or ""."""
+        """Return a sentence on the paper's methods without predicted times, or ""."""
         assert self.paper_card is not None
         names = list(dict.fromkeys(
             column.label for column in self.columns
@@ -164,7 +164,7 @@ class Comparison:
                                      f"packets on this card: {', '.join(names)}.")
 
     def _predicted(self, data: Path, full: bool) -> dict[tuple[Panel, str], PredictedRow]:
-        """The predictions that the verdict uses; a key is a panel and a column's label."""
+        """Return the predictions that the verdict uses; a key is a panel and a column's label."""
         return {(row.panel, row.column.label): row
                 for row in predicted_times.rows(self, data, full) if row.judged}
 
@@ -180,13 +180,13 @@ class Comparison:
         return verdicts.of_groups(groups)
 
     def _results(self, data: Path, full: bool) -> Results:
-        """The results of the finished cells; a key is a panel and a column's label."""
+        """Return the results of the finished cells; a key is a panel and a column's label."""
         found = {(panel, column.label): read(self.cell(panel, column, full), data)
                  for panel, column in self.pairs(full)}
         return {key: result for key, result in found.items() if result is not None}
 
     def published_row(self, panel: Panel, column: MethodColumn) -> dict[str, str] | None:
-        """The row of ``published.csv`` for a panel and a column, or None."""
+        """Return the row of ``published.csv`` for a panel and a column, or None."""
         return published_row(self.name, panel.scene, column.published_method or column.method,
                              column.published_options, panel.rays)
 
@@ -207,7 +207,7 @@ class Comparison:
 
     def _ordered(self, panel: Panel, results: Results
                  ) -> list[tuple[MethodColumn, dict[str, Any], float]]:
-        """The columns that tau-b compares, each with our result and the published ns per ray."""
+        """Return the columns that tau-b compares, with our result and the published ns per ray."""
         found = [(column, results.get((panel, column.label)),
                   nanoseconds(self.published_row(panel, column)))
                  for column in self._columns_of(panel) if column.published_method is None]
@@ -219,7 +219,7 @@ class Comparison:
                      [theirs for _, _, theirs in ordered])
 
     def _explained(self, panel: Panel, results: Results) -> list[str]:
-        """A sentence for each pair of methods whose order differs from the published order.
+        """Return a sentence for each pair of methods whose order differs from the published order.
 
         A sentence gives both methods' counters. The largest published ratio comes first.
         """
@@ -345,7 +345,7 @@ def _tau_on_card(panel: Panel, predicted: Mapping[tuple[Panel, str], PredictedRo
 
 
 def _turned(some: Sequence[PredictedRow]) -> list[str]:
-    """A sentence for each pair of methods whose predicted order is not the published order."""
+    """Return a sentence for each pair of methods whose predicted and published orders differ."""
     return [f"{one.column.label} is predicted to take "
             f"{number(one.nanoseconds() / other.nanoseconds())} times the time of "
             f"{other.column.label}, but takes "
@@ -362,7 +362,7 @@ def _says(taus: tuple[float, float]) -> str:
 
 
 def _work(label: str, result: dict[str, Any]) -> str:
-    """A clause: the nodes that a method visits and the triangles that it tests per ray."""
+    """Return a clause: the nodes that a method visits and the triangles that it tests per ray."""
     counters = result["counters"]
     return (f"{label} visits {number(counters['nodes_visited'])} nodes and tests "
             f"{number(counters['triangles_tested'])} triangles a ray")

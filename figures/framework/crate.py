@@ -78,12 +78,12 @@ def faults(out: Path) -> list[str]:
 
 
 def count(out: Path) -> int:
-    """The number of files that the description of a folder lists."""
+    """Return the number of files that the description of a folder lists."""
     return len(_list(_entities(out).get(ROOT, {}).get("hasPart")))
 
 
 def _files(out: Path) -> Iterator[Path]:
-    """The folder's regular files, sorted by name, without the description."""
+    """Yield the folder's regular files, sorted by name, without the description."""
     for path in sorted(out.rglob("*")):
         if (stat.S_ISREG(path.lstat().st_mode) and path != out / NAME
                 and not path.name.startswith(WRITING)):
@@ -91,7 +91,7 @@ def _files(out: Path) -> Iterator[Path]:
 
 
 def _file(path: Path, out: Path) -> dict[str, Any]:
-    """The entity of a file. The entity of a page also names the page's measurements."""
+    """Return the entity of a file. The entity of a page also names the page's measurements."""
     entry = {"@id": quote(path.relative_to(out).as_posix()), "@type": "File", "name": path.name,
              "contentSize": str(path.stat().st_size), "sha256": _digest(path),
              "encodingFormat": _TYPES.get(path.suffix) or mimetypes.guess_type(path.name)[0]
@@ -131,7 +131,7 @@ def _digest(path: Path) -> str:
 
 
 def _list(value: Any) -> list[Any]:
-    """The value of a JSON-LD property as a list. A single value becomes a list of one."""
+    """Return the value of a JSON-LD property as a list. A single value becomes a list of one."""
     return value if isinstance(value, list) else [] if value is None else [value]
 
 

@@ -1,7 +1,8 @@
 """Era counts: counts how often a card issues a method's kernels, from traces of an image's rays.
 
-A cell (cell.py) with the ``work`` "issues of WORKLOAD on CHIP" counts these issues. A method's era
-form is the form in which the papers' cards can run its kernels (docs/era.md).
+An issue runs a kernel for all pixels that branch together (hardware/issue.py). A cell (cell.py)
+with the ``work`` "issues of WORKLOAD on CHIP" counts the issues. A method's era form is the form
+in which the papers' cards can run its kernels (docs/era.md).
 """
 from __future__ import annotations
 
@@ -30,17 +31,16 @@ WORK, ON = "issues of ", " on "
 TILE, TILES = 96, 2
 SPARSE = 128     # the image is also sampled at SPARSE x SPARSE pixels, evenly spread
 PASSES, BLOCKS, PACKETS = "passes", "passes, blocks", "packets"
-# The form (hardware/issue.py) WHILE_WHILE on WARPS, but each lane loads its own data.
+# Like WHILE_WHILE (a form of a program: hardware/issue.py) on WARPS; each lane loads its own data.
 UNCOALESCED = "while-while, uncoalesced"
 # The form STEP on NV40, but about 256 pixels branch together, as on the 7800 GTX, the next card of
 # the family (AnandTech's G80 article, p. 7). More than four registers slow a program down (GPU
-# Gems 2, chapter 30), probably because fewer pixels are in flight. No source says how many of them
+# Gems 2, chapter 30), probably because fewer pixels are in flight. No source says how many then
 # branch together.
 SMALLER = "step, 256 pixels"
 SMALLER_GROUPS = {"NV40": (16, 16)}
 BLOCK = (8, 8)   # (h, w) of the pixels that early depth rejects together under BLOCKS
-# Options for a trace in which a pass runs one step of every ray, with the era form's triangle
-# test.
+# Options for a trace with the era form's triangle test. A pass runs one step of every ray.
 STEPWISE = {"schedule": "step", "steps_per_pass": 1, "intersection": "moller-trumbore"}
 # A method without an era form -> the method whose kernels stand in. kd-stack runs the kernels of
 # kd-texture-stack in a loop. On WARPS the 32 rays of a packet are the lanes of a warp, and each

@@ -102,7 +102,7 @@ def _links(line: IndexEntry) -> str:
 
 def _html(out: Path, opening: Sequence[str], of_survey: Sequence[IndexEntry],
           beyond: Sequence[IndexEntry]) -> str:
-    """The HTML page with every chart, and the verdicts on the survey's figures."""
+    """Return an HTML page of every chart and the verdicts on the survey's figures."""
     cards = []
     for line in (*of_survey, *beyond):
         chart = out / f"{line.name}.png"

@@ -11,6 +11,8 @@ from itertools import combinations
 class PairCounts:
     """Numbers of pairs of methods in a table, by order.
 
+    Attributes
+    ----------
     concordant : pairs in the same order in our times and in the published times
     discordant : pairs in reverse order
     only_ours : pairs that tie only in the published times
@@ -29,7 +31,7 @@ class PairCounts:
 
     @property
     def tau_b(self) -> float:
-        """1 if the orderings are equal, -1 if reversed, nan if one ordering orders no pair."""
+        """1 if the orderings are equal, -1 if reversed, nan if all pairs tie in an ordering."""
         both = self.concordant + self.discordant
         scale = math.sqrt((both + self.only_ours) * (both + self.only_published))
         return (self.concordant - self.discordant) / scale if scale else math.nan
@@ -37,12 +39,12 @@ class PairCounts:
 
 def pair_counts(ours: Sequence[float], published: Sequence[float],
                 tie: float = 0.05) -> PairCounts:
-    """Compare two orderings, pair by pair.
+    """Compare the orders of two lists of times, pair by pair.
 
     Parameters
     ----------
     ours, published : times of the same methods
-    tie : published times tie if they differ by at most this share of the larger
+    tie : two published times tie if they differ by at most this share of the larger time
     """
     concordant = discordant = only_ours = only_published = 0
     for i, j in combinations(range(len(ours)), 2):
@@ -58,5 +60,5 @@ def pair_counts(ours: Sequence[float], published: Sequence[float],
 
 
 def tau_b(ours: Sequence[float], published: Sequence[float], tie: float = 0.05) -> float:
-    """Return `PairCounts.tau_b` of two orderings; the parameters are those of `pair_counts`."""
+    """Return `PairCounts.tau_b`; the parameters are those of `pair_counts`."""
     return pair_counts(ours, published, tie).tau_b

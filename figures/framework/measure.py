@@ -89,7 +89,7 @@ def _here(cells: Iterable[Cell], progress: tqdm) -> Iterator[tuple[Cell, Result]
 
 
 def measured(cell: Cell) -> Result:
-    """The result of `run`, with the processor seconds that this process spent."""
+    """Return the result of `run`, with the processor seconds that this process spent."""
     began = time.process_time()
     result = run(cell)
     result["processor_seconds"] = time.process_time() - began

@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 
 BUILT_IN = ("cornell", "tenk")     # scenes that need no mesh
 # The fewest instructions of a triangle test: three dot products, for t, u and v. If all rays start
-# at one point, all else can be computed in advance per triangle. A pipe issues one instruction per
-# clock.
+# at one point, everything else can be computed in advance per triangle. A pipe issues one
+# instruction per clock.
 LEAST_TEST = 3
 Options = tuple[tuple[str, Any], ...]
 
@@ -51,7 +51,7 @@ class PaperCard:
     ----------
     chip : the card's chip
     size : pixels per side of the paper's images
-    forms : forms of the programs (`era_counts`); verdicts use the first
+    forms : forms of the programs (`era_counts`); verdicts use the first form
     """
 
     chip: str
@@ -149,7 +149,7 @@ class PredictedRow:
 
     @property
     def runs(self) -> float:
-        """Runs of kernels per ray or pixel, without waiting lanes."""
+        """Runs of kernels per ray or pixel; waiting lanes do not count."""
         return self._sum("runs", lambda cost: 1) / self._number
 
     @property
@@ -159,12 +159,12 @@ class PredictedRow:
 
     @property
     def issued_instructions(self) -> float:
-        """The mean number of instructions of a run, with those of lanes that wait meanwhile."""
+        """The mean number of instructions of a run, plus those issued for lanes that wait."""
         return self._sum("lanes", issue_slots) / max(self._sum("runs", lambda cost: 1), 1)
 
     @property
     def allowed(self) -> float:
-        """The instructions that the published time leaves for a run of a kernel."""
+        """The number of instructions that a run of a kernel can issue in the published time."""
         seconds = 1e-9 * self.published / max(self.runs, 1e-9)
         return float(seconds * self.paper_card.card.issue_rate)
 
@@ -242,7 +242,7 @@ def counted_cell(scene: str, method: str, options: tuple[tuple[str, Any], ...], 
 def cells(figure: Comparison, full: bool) -> list[Cell]:
     """Return the cells that count how often a figure's card would have issued each kernel.
 
-    Stand-ins are left out: they are never scored and may have very long rays.
+    Stand-in scenes are left out: they are never scored and may have very long rays.
     """
     return list(dict.fromkeys(
         cell for panel, _, some in pairs(figure, full) for cell in some.values()
@@ -250,7 +250,7 @@ def cells(figure: Comparison, full: bool) -> list[Cell]:
 
 
 def rows(figure: Comparison, data: Path, full: bool) -> list[PredictedRow]:
-    """Return a `PredictedRow` for each published number and form, if its counts are measured."""
+    """Return a `PredictedRow` for each published number and form with measured counts."""
     found = []
     for panel, column, some in pairs(figure, full):
         results = {kind: result for kind, cell in some.items()

@@ -59,7 +59,7 @@ def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool,
 
 
 def held(name: str, out: Path) -> dict[str, Any] | None:
-    """The content of out/NAME.json, or None if no page was drawn or an older version drew it."""
+    """The content of out/NAME.json; None if there is no page or an older version drew the page."""
     try:
         found = read_json(out / f"{name}.json")
     except (OSError, ValueError):

@@ -17,7 +17,7 @@ def _rows() -> tuple[dict[str, str], ...]:
 def published_row(figure: str, scene: str, method: str, options: str = "",
                   rays: str | None = None, quantity: str | None = None,
                   hardware: str | None = None) -> dict[str, str] | None:
-    """The row of a published number, or None if the survey prints none.
+    """Return the row of a published number, or None if the survey prints none.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def published_row(figure: str, scene: str, method: str, options: str = "",
 
 
 def published(*names: str, **more: str | None) -> float | None:
-    """A published number in the survey's unit, or None if the survey prints none.
+    """Return a published number in the survey's unit, or None if the survey prints none.
 
     The parameters are those of `published_row`.
 
@@ -50,7 +50,7 @@ def published(*names: str, **more: str | None) -> float | None:
 
 
 def published_range(*names: str, **more: str | None) -> tuple[float, float]:
-    """The lower and the upper end of a range that the survey prints, in the survey's unit.
+    """Return the lower and the upper end of a range that the survey prints, in its unit.
 
     The parameters are those of `published_row`. The number must exist. For a single number both
     ends are equal.
@@ -65,12 +65,12 @@ TIMES = ("ms", "Mrays/s", "frames/s")    # the units in which the survey prints 
 
 
 def rows_of(figure: str) -> list[dict[str, str]]:
-    """The rows of all published numbers of a figure."""
+    """Return the rows of all published numbers of a figure."""
     return [row for row in _rows() if row["figure"] == figure]
 
 
 def nanoseconds(row: dict[str, str] | None) -> float | None:
-    """Nanoseconds per ray of a published time or rate; per pixel for a whole image."""
+    """Return a published time or rate in nanoseconds per ray; per pixel for a whole image."""
     if row is None:
         return None
     value, pixels = float(row["value"]), math.prod(map(int, row["resolution"].split("x")))
@@ -79,7 +79,7 @@ def nanoseconds(row: dict[str, str] | None) -> float | None:
 
 
 def published_triangles(figure: str, scene: str) -> int | None:
-    """The triangle count that a figure states for a scene."""
+    """Return the triangle count that a figure states for a scene, or None."""
     counts = {row["triangles"] for row in _rows()
               if row["figure"] == figure and row["scene"] == scene} - {""}
     return int(counts.pop()) if counts else None

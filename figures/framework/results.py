@@ -16,20 +16,20 @@ from .works import work_of
 
 
 def settings(cell: Cell) -> dict[str, Any]:
-    """The settings of a cell. A finished cell counts only if all its settings are unchanged."""
+    """Return a cell's settings. A finished cell counts only if all its settings are unchanged."""
     return {**asdict(cell), "options": dict(cell.options), "renderer": open_gpu().renderer,
             "scene_sha256": work_of(cell).digest(cell),
             "version": importlib.metadata.version("gpgpu_rt")}
 
 
 def as_kept(found: dict[str, Any]) -> dict[str, Any]:
-    """``found`` as it is read back from a JSON file."""
+    """Return ``found`` as a JSON file gives it back."""
     return json.loads(json.dumps(found))
 
 
 def read(cell: Cell, data: Path) -> dict[str, Any] | None:
-    """The result of a finished cell. None if the file is missing, damaged, or has other settings.
-    """
+    """Return the result of a finished cell; None if the file is missing, damaged, or has other
+    settings."""
     try:
         result = read_json(data / cell.name)
         return result if result["settings"] == as_kept(settings(cell)) else None
@@ -38,6 +38,6 @@ def read(cell: Cell, data: Path) -> dict[str, Any] | None:
 
 
 def finished(cells: Iterable[Cell], data: Path) -> list[tuple[Cell, dict[str, Any]]]:
-    """The finished cells with their results, in the given order. Each cell appears once."""
+    """Return the finished cells with their results, in the given order. Each cell appears once."""
     found = ((cell, read(cell, data)) for cell in dict.fromkeys(cells))
     return [(cell, result) for cell, result in found if result is not None]

@@ -72,7 +72,7 @@ def _made(own: dict[str, dict[str, Any]], redrawn: int) -> str:
 
 
 def _list(some: Sequence[Judged], one: str, many: str) -> str:
-    """A sentence on the figures with a verdict, with each verdict's counts; "" for no figures."""
+    """A sentence that lists figures with the counts of their verdicts; "" for no figures."""
     says = f"{counted(len(some), 'figure')} {one if len(some) == 1 else many}"
     named = [f'{each.figure}, "{each.topic}" ({score(vars(each.verdict))})' for each in some]
     return f"{says}: {'; '.join(named)}." if some else ""
@@ -125,7 +125,7 @@ def _too_little(some: Sequence[Judged]) -> list[str]:
 
 
 def _enough_with_meshes(verdict: Verdict) -> bool:
-    """Whether the figure could be judged if each stand-in were scored."""
+    """Whether the figure could be judged if the stand-ins for missing scenes were scored."""
     aside = verdict.stand_ins
     if aside is None:
         return False

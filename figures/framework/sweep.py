@@ -45,14 +45,14 @@ def results(cells: list[Cell], workers: Workers,
 
 
 def by_scene(cells: list[Cell]) -> list[Cell]:
-    """The cells sorted by scene and size, so that a process builds trees and rays once."""
+    """Return the cells sorted by scene and size, so that a process builds trees and rays once."""
     return sorted(cells, key=lambda cell: (cell.scene, cell.size))
 
 
 def _dealt(cells: list[Cell]) -> list[Cell]:
     """Alternate between the first and the second half of the cells.
 
-    Neighbours run at the same time and would otherwise build the same tree twice.
+    Adjacent cells run at the same time, and in the old order would build the same tree twice.
     """
     half = -(-len(cells) // 2)
     pairs = itertools.zip_longest(cells[:half], cells[half:])
@@ -70,7 +70,7 @@ def _check(cell: Cell, asked: dict[str, Any], result: Result) -> None:
 
 
 def _measured(cell: Cell, files: Files, measured: Callable[[Cell], Result]) -> Result:
-    """Measure a cell in a worker, while no process on this machine measures a time."""
+    """Measure a cell in a worker, while no other process on this machine measures a time."""
     take_mesh(cell.scene, files)
     with taken():
         return measured(cell)

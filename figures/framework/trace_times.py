@@ -1,4 +1,4 @@
-"""Trace times: measures a method's passes on a workload, and counts the work of a separate run.
+"""Trace times: times a method's passes on a workload, and counts the work in a separate run.
 
 Counting slows the passes down, so the timed runs do not count.
 """
@@ -57,7 +57,7 @@ def measure(cell: Cell) -> dict[str, Any]:
 
 
 def _share_ms(samples: Sequence[float], parts: Sequence[float]) -> float:
-    """Milliseconds of a part of a run: the runs' median time, times the part's median share."""
+    """Milliseconds of a part of a run: the part's median share of the runs' median time."""
     share = statistics.median(part / whole for part, whole in zip(parts, samples))
     return 1e3 * statistics.median(samples) * share
 

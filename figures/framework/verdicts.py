@@ -2,20 +2,20 @@
 
 A group is a scene and a kind of rays, with the times of several methods.
 
-* reproduced: the order agrees (tau-b, see kendall.py, is at least HIGH in every group), and the
-  ratios agree (the median of `off_by` over the groups is less than FACTOR).
-* reproduced in order, not in ratio: only the order agrees.
-* contradicted: the order differs.
-* refuted by a counterexample: at most half of the judged claims hold, and no judged claim depends
+* reproduced: The order agrees: tau-b (kendall.py) is at least HIGH in every group. The ratios
+  agree: the median of `off_by` over the groups is less than FACTOR.
+* reproduced in order, not in ratio: Only the order agrees.
+* contradicted: The order differs.
+* refuted by a counterexample: At most half of the judged claims hold, and no judged claim depends
   on a scene.
-* too little to judge: fewer than LEAST_SCENES scored scenes, or than LEAST_PAIRS pairs of methods.
-  Pairs whose published numbers tie do not count.
+* too little to judge: There are fewer than LEAST_SCENES scored scenes or LEAST_PAIRS pairs of
+  methods. Pairs whose published numbers tie do not count.
 
 A claim in words is judged only if the measurements decide it. A figure with claims is reproduced
 if every judged claim holds, mostly reproduced if more than half hold, and contradicted or refuted
-otherwise. The scenes and pairs of a figure's claims are counted together. Claims on scenes need as
-many scenes as a table of times and, if a claim compares methods, as many pairs. A claim about a
-method itself, which depends on no scene, needs neither scenes nor pairs.
+otherwise. The scenes and pairs of a figure's claims are counted together. Claims on scenes need
+LEAST_SCENES scenes and, if a claim compares methods, LEAST_PAIRS pairs. A claim about a method
+itself, which depends on no scene, needs neither scenes nor pairs.
 
 A stand-in replaces a scene whose mesh is missing, and is never scored. A `Verdict` holds a
 separate verdict on the stand-ins.
@@ -44,7 +44,7 @@ RENDERER = "By the same rules the verdict on the times of the present renderer"
 
 @dataclass(frozen=True)
 class Verdict:
-    """A word, the reason with the numbers that decided, and what the verdict rests on.
+    """A verdict's word, its reason with the deciding numbers, and the counts that it rests on.
 
     scenes : The scored scenes, each once.
     pairs : Number of pairs of methods compared on the scored scenes.
@@ -70,8 +70,7 @@ class Verdict:
 
     @classmethod
     def from_json(cls, found: Any) -> Verdict | None:
-        """The verdict that `dataclasses.asdict` has written; None if ``found`` has other fields.
-        """
+        """Return the verdict from `dataclasses.asdict`'s output; None if the fields differ."""
         if not isinstance(found, dict) or set(found) != {one.name for one in fields(cls)}:
             return None
         return cls(**{**found, "scenes": tuple(found["scenes"]),
@@ -102,11 +101,13 @@ class Pair(NamedTuple):
 class Claim:
     """A claim in words, and whether it holds.
 
-    says : the claim
-    holds : None if the measurements cannot decide
-    scenes : the scenes that were measured for the claim; empty if the claim depends on no scene
-    pairs : the pairs of measured methods that the claim compares
-    stand_in : whether the scenes are stand-ins
+    Attributes
+    ----------
+    says : The claim.
+    holds : None if the measurements cannot decide.
+    scenes : The scenes that were measured for the claim; empty if the claim depends on no scene.
+    pairs : The pairs of measured methods that the claim compares.
+    stand_in : Whether the scenes are stand-ins.
     """
 
     says: str
@@ -148,7 +149,7 @@ def of_claims(claims: Iterable[Claim], exceptions: Sequence[str] = ()) -> Verdic
 
 
 def word_of_claims(held: int, claims: int) -> str:
-    """The word if ``held`` of ``claims`` claims hold, and there are enough scenes and pairs."""
+    """Return the verdict's word if ``held`` of ``claims`` claims hold and the scenes suffice."""
     return REPRODUCED if held == claims else MOSTLY if 2 * held > claims else CONTRADICTED
 
 
@@ -172,7 +173,7 @@ def _of_groups(groups: Sequence[MethodTimes]) -> Verdict:
     factor = statistics.median(off_by(group.ours, group.theirs)
                                for group, _ in ordered or counts)
     low = [f"{group.label} {number(count.tau_b, 2)}" for group, count in ordered
-           if not count.tau_b >= HIGH]     # tau-b is nan if all times here tie
+           if not count.tau_b >= HIGH]     # tau-b is nan if all of our times tie
     why = [*([few] if few else []), *([_order(ordered, low, agreed, pairs)] if ordered else []),
            f"ratios between methods are off by a factor of {number(factor)} in the median",
            *_ties([group for group, count in counts if not count.ordered])]
@@ -265,7 +266,7 @@ def on_card(card: str, said: Verdict, here: Verdict) -> Verdict:
 
 
 def renderer_says(verdict: Verdict) -> str:
-    """A sentence on the verdict on the times measured here, or "" without such a verdict."""
+    """A sentence about the verdict on the times measured here, or "" without such a verdict."""
     here = verdict.renderer
     if here is None:
         return ""

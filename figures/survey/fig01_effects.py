@@ -10,7 +10,7 @@ from . import lit_pictures
 from .lit_pictures import HEADS, cell, picture
 
 METHOD = "bvh-threaded"
-QUICK = 288     # pixels a side at the quick size: enough to see the effects
+QUICK = 288     # pixels per side at the quick size: enough to see the effects
 PANELS = {"statue": "reflections", "soft-shadows": "soft shadows", "glass-teapot": "refraction"}
 
 

@@ -1,4 +1,4 @@
-"""Figure 2: the shader pipeline, stage by stage, as passes of this program go through it.
+"""Figure 2: the stages of the shader pipeline, with the data of two draws of this program.
 
 A stage's inputs and outputs are read from linked programs, queries and bound textures. The figure
 shows two draws:
@@ -35,7 +35,7 @@ _SAMPLER = re.compile(r"uniform\s+[iu]?sampler2D\s+(\w+)")
 
 @dataclass(frozen=True)
 class PipelineDraw:
-    """A draw, as it went through the pipeline.
+    """A draw's data in the stages of the pipeline.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ def _shape(texture: moderngl.Texture) -> tuple[int, int, int, str]:
 
 @lru_cache(maxsize=1)
 def shown() -> tuple[PipelineDraw, ...]:
-    """The largest draw of each program in SHOWN, with Figure 3's rays."""
+    """Trace Figure 3's rays, and return the largest draw of each program in SHOWN."""
     found = []
     for method, fragment, options in SHOWN:
         with (rt.Tracer(world().scene, method, **options) as tracer,
@@ -91,7 +91,7 @@ def shown() -> tuple[PipelineDraw, ...]:
 
 
 def words(one: PipelineDraw) -> dict[str, str]:
-    """Stage -> the text that describes the stage for this draw."""
+    """Return stage -> the text that describes the stage for this draw."""
     inputs = ", ".join(f"{name} ({count})" for name, count in one.attributes.items())
     width, height = one.targets[0][:2]
     return {"vertex buffer": f"attributes (components each): {inputs or 'none'}",
@@ -165,7 +165,7 @@ def draw_pipeline(axis: Any, one: PipelineDraw) -> None:
 
 
 def _wrapped(text: str, width: int = 27) -> str:
-    """``text`` with lines of at most ``width`` letters, broken at blanks."""
+    """Break ``text`` at blanks into lines of at most ``width`` letters."""
     lines = [""]
     for word in text.split(" "):
         if lines[-1] and len(lines[-1]) + 1 + len(word) > width:

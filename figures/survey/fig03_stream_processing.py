@@ -78,7 +78,7 @@ def texels_of(record: Record) -> dict[str, str]:
 def rays() -> tuple[np.ndarray, np.ndarray]:
     """Origins and directions, (SIDE^2, 3) each.
 
-    The rays start where the small world's ray starts, in all directions of the world's plane.
+    The rays start where the ray of `world` starts, in all directions of the world's plane.
     """
     angle = np.linspace(0, 2 * np.pi, SIDE * SIDE, endpoint=False)
     return (np.tile(world().origin, (len(angle), 1)),
@@ -184,7 +184,7 @@ def draw_pass(axis: Any, shown: KernelPass, row: Any) -> None:
 
 
 def draw_list(axis: Any, every: tuple[KernelPass, ...]) -> None:
-    """Draw a bar for each pass in order: coloured by kernel, as high as its rays."""
+    """Draw a bar for each pass in order: the colour shows the kernel, the height the rays."""
     most = max(one.rays for one in every)
     for at, one in enumerate(every):
         axis.add_patch(Rectangle((at + 0.06, 0), 0.88, one.rays / most,

@@ -27,7 +27,7 @@ TITLES = {"KEEP_NEAREST": "nearest t", "KEEP_FIRST": "lowest index at that t",
 
 @dataclass(frozen=True)
 class BatchPass:
-    """A pass over a batch of rays, as the tracer issued it.
+    """A pass of the tracer over a batch of rays.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class BatchPass:
 
 @lru_cache(maxsize=1)
 def passes() -> tuple[tuple[BatchPass, ...], dict[str, float], rt.Hits]:
-    """Trace Figure 3's rays. Return the passes, the bytes and seconds (`Statistics.split`), and
+    """Trace Figure 3's rays. Return the passes, `Statistics.split` (bytes and seconds), and the
     hits."""
     found: list[BatchPass] = []
     with rt.Tracer(world().scene, METHOD, statistics=True, **SETTINGS) as tracer:

@@ -50,7 +50,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def row_of(scene: str, setting: str, result: dict[str, Any]) -> list[Any]:
-    """A row with the columns HEADS, from the last run of a measurement."""
+    """Return a row with the columns HEADS, from the last run of a measurement."""
     cost, rays = result["statistics"], result["rays"]
     split, total = cost["split"], cost["trace_seconds"]
     up, down = split["bytes_up"] / rays, split["bytes_down"] / rays
@@ -62,18 +62,18 @@ def row_of(scene: str, setting: str, result: dict[str, Any]) -> list[Any]:
 
 
 def bus_seconds(result: dict[str, Any]) -> float:
-    """Seconds that a ray's bytes take on a bus of the paper's time."""
+    """Return the seconds that a ray's bytes take on a bus of the paper's time."""
     split = result["statistics"]["split"]
     return (split["bytes_up"] / AGP_UP + split["bytes_down"] / AGP_DOWN) / result["rays"]
 
 
 def card_seconds(result: dict[str, Any]) -> float:
-    """Seconds that a ray's intersections take at the R200's published rate."""
+    """Return the seconds that a ray's intersections take at the R200's published rate."""
     return result["statistics"]["split"]["pairs"] / INTERSECTIONS / result["rays"]
 
 
 def verdict(scene: str, result: dict[str, Any], row: list[Any]) -> str:
-    """Sentences that say whether transfers bound the Ray Engine on a scene."""
+    """Return sentences that say whether transfers bound the Ray Engine on a scene."""
     split, total = result["statistics"]["split"], result["statistics"]["trace_seconds"]
     bus, card = bus_seconds(result), card_seconds(result)
     says = ("transfers cost more, as the survey says" if bus > card
@@ -88,7 +88,7 @@ def verdict(scene: str, result: dict[str, Any], row: list[Any]) -> str:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on the survey's claim that transfers cost more than the intersections.
+    """Return the verdict on the survey's claim that transfers cost more than intersections.
 
     Both costs are computed for the paper's hardware, from counted bytes and ray-triangle pairs,
     because the present renderer may have no bus.
@@ -112,7 +112,7 @@ def _published(scene: str, method: str, quantity: str = "rate") -> float:
 
 RATE = _published("figure 5", METHOD)
 FREE = _published("", METHOD + ", infinitely fast GPU")
-INTERSECTIONS = _published("", METHOD, "ray-triangle intersections")   # a second, on an R200
+INTERSECTIONS = _published("", METHOD, "ray-triangle intersections")   # per second, on an R200
 # Published ranges for CPUs of that time: rays/s and tests/s.
 ON_CPU = published_range("text", "", "cpu packets", quantity="rate")
 TESTS_ON_CPU = published_range("text", "", "cpu", quantity="ray-triangle intersections")

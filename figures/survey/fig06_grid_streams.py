@@ -24,7 +24,7 @@ COUNTING = ("classify", "mask", "tile_counts", "everywhere")
 
 @lru_cache(maxsize=None)
 def passes() -> list[Issued]:
-    """The passes of one picture of the small world, with eye and shadow rays."""
+    """Return the passes of one picture of the scene of `world`, with eye and shadow rays."""
     with rt.Tracer(world().scene, "grid", schedule="kernels", mask_interval=2) as tracer:
         with tracer.observe() as observed:
             tracer.render(size=(SIDE, SIDE))

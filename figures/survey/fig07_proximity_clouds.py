@@ -15,7 +15,7 @@ from .lit_pictures import HEADS, picture
 SCENE, METHOD, PLAIN = "soft-shadows", "grid-proximity", "grid"
 METHODS = (METHOD, PLAIN, "bvh-threaded")
 SURVEYED = "figure 7"     # the survey's scene, as the published numbers name it
-# Label of a row with a time of the survey -> method in the published numbers.
+# Label of a row of the survey's times -> name of the method in the published numbers.
 PUBLISHED = {"survey: GeForce 6800 GTX": "grid", "survey: Autodesk 3ds Max, CPU": "cpu"}
 
 
@@ -28,7 +28,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on the thesis's claim that proximity clouds are faster than the plain grid.
+    """Judge the thesis's claim that proximity clouds are faster than the plain grid.
 
     The claim (in the abstract) is not decided if the two methods differ by no more than the runs
     of one method do. The thesis's CPU renderer is not available.
@@ -48,7 +48,7 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
 
 
 def spread(result: dict[str, Any]) -> float:
-    """Seconds between the slowest and the fastest run of a measurement."""
+    """Return the seconds between the slowest and the fastest run of a measurement."""
     return (max(result["samples_ms"]) - min(result["samples_ms"])) / 1e3
 
 

@@ -40,7 +40,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(small: World, found: Walk) -> list[list[str]]:
-    """The table, with a row for each pass and the stack after the pass, lowest entry first."""
+    """Return the table: a row for each pass, with the stack after the pass, lowest entry first."""
     stack: list[str] = []
     result = []
     for number, step in enumerate(found.steps, 1):
@@ -125,7 +125,7 @@ def printed_rule(small: World, t_min: float, t_max: float) -> Printed:
 
 
 def _triangle_hits(small: World) -> np.ndarray:
-    """(n,) t of the ray's hit with each triangle, or inf."""
+    """Return (n,) t of the ray's hit with each triangle; inf for a miss."""
     v0, one, two = (small.triangles[:, k].astype(np.float64) for k in range(3))
     one, two, d = one - v0, two - v0, small.direction.astype(np.float64)
     from_v0 = small.origin.astype(np.float64) - v0
@@ -137,7 +137,7 @@ def _triangle_hits(small: World) -> np.ndarray:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on whether the printed pseudocode finds the triangle that the ray hits.
+    """Return the verdict on whether the printed pseudocode finds the triangle that the ray hits.
 
     The claim is about every ray, so one wrong ray refutes it.
     """

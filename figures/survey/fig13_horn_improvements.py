@@ -17,13 +17,13 @@ SETTINGS: tuple[tuple[tuple[str, object], ...], ...] = (
     (("push_down", False), ("stack_size", 0)), (("push_down", True), ("stack_size", 0)),
     (("push_down", True), ("stack_size", 3)))
 # The paper improves kd-restart, which visits empty leaves, so packets in the published rows visit
-# empty leaves too. Our own row SKIPPING is SHORT_STACK, but skips empty leaves, the default here.
+# empty leaves too. The row SKIPPING is ours: SHORT_STACK with empty leaves skipped, as by default.
 VISITED = (("skip_empty_leaves", False),)
 SKIPPING = "+ empty leaves skipped"
 
 
 def size(scene: str, full: bool) -> int:
-    """Pixels per side: as published at full size, else enough for a few milliseconds."""
+    """Pixels per side: the published number at full size, else enough for a few milliseconds."""
     return 1024 if full else 512 if scene == "cornell" else 256
 
 

@@ -19,7 +19,7 @@ SCENES = ("cornell", "robots", "kitchen", "conference")
 SINGLE, PACKET = METHODS = ("kd-short-stack", "kd-packet")
 LOOKS = dict(zip(METHODS, zip(COLOURS, MARKERS)))      # method -> colour and marker
 BOUNCES = range(6)
-# A scene can show the claim only if `parted` is at least this number.
+# A scene can show the survey's claim only if `parted` is at least this number.
 PARTED = 1.2
 
 
@@ -33,7 +33,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on packets after mirrors, from all scenes where mirrors scatter a packet's rays.
+    """Return the verdict on packets from the scenes where mirrors scatter a packet's rays.
 
     One claim is that packets gain less at the last bounce than at the first. The other claim is
     that packets become slower than single rays. A scene whose packets stay together cannot test
@@ -60,7 +60,7 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
 
 
 def parted(rows: list[list[float]]) -> float:
-    """The nodes that a packet visits after the last bounce, divided by the nodes of one ray.
+    """Return a packet's node visits after the last bounce, divided by the visits of one ray.
 
     The ratio is 1 if a packet's rays share all nodes, and 4 if they share none.
     """
@@ -68,14 +68,14 @@ def parted(rows: list[list[float]]) -> float:
 
 
 def exception(scene: str, triangles: int, rows: list[list[float]]) -> str:
-    """A sentence on why a scene cannot show the claim."""
+    """Return a sentence that says why a scene cannot show the claim."""
     return (f"The scene {scene}, of {triangles:,} triangles, is an exception and is not judged: "
             f"after {BOUNCES[-1]} mirrors a packet visits {number(parted(rows))} times the nodes "
             "of one ray, so its rays have stayed together.")
 
 
 def _results(scene: str, data: Path, full: bool) -> list[list[Any]]:
-    """The results of single rays and of packets, by bounce; None if not measured."""
+    """Return the results of single rays and of packets by bounce; None if not measured."""
     return [[read(cell(scene, method, bounces, full), data) for method in METHODS]
             for bounces in BOUNCES]
 
@@ -142,7 +142,7 @@ def _table(results: list[list[dict[str, Any]]]) -> list[list[float]]:
 
 
 def verdict(scene: str, triangles: int, rows: list[list[float]]) -> str:
-    """Sentences on whether the measurements support the survey's claim."""
+    """Return sentences that say whether the measurements support the survey's claim."""
     first, last = rows[0], rows[-1]
     if parted(rows) < PARTED:
         return exception(scene, triangles, rows)

@@ -19,7 +19,7 @@ HEADS = ("leaf", *(name for name, _, _ in FACES))
 
 @dataclass(frozen=True)
 class Followed:
-    """A rope that the ray followed from a leaf to a node, and t where it left the leaf."""
+    """A rope that the ray followed from a leaf to a node, and t where the ray left the leaf."""
 
     leaf: int
     node: int
@@ -42,7 +42,7 @@ def ropes_of(small: World) -> dict[tuple[int, str], int]:
 
 
 def followed(found: Walk) -> list[Followed]:
-    """The ropes that the ray followed, read from its states."""
+    """The ropes that the ray followed, read from the ray's states."""
     return [Followed(step.before["node"], step.after["node"], step.after["t_min"])
             for step in found.steps if step.kernel == "follow_rope" and step.after["phase"] > 0]
 

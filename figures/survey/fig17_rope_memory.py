@@ -34,8 +34,8 @@ def cell(scene: str, **options: int) -> Cell:
 
 
 def _trees(full: bool) -> list[tuple[str, dict[str, int]]]:
-    """Return each scene with the default build options, and each scene of DEPTH also with the
-    depth there."""
+    """Return pairs of a scene and build options: each scene with the default options, and each
+    scene of DEPTH also with its depth."""
     return [(scene, options) for scene in SCENES if full or scene not in STAND_IN
             for options in ({}, *([{"max_depth": DEPTH[scene]}] if scene in DEPTH else ()))]
 
@@ -45,7 +45,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on whether ropes enlarge the trees as much as published."""
+    """Judge whether ropes enlarge the trees as much as published."""
     claims = []
     for scene, options in _trees(full):
         result = read(cell(scene, **options), data)
@@ -109,7 +109,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _published(scene: str) -> list[float]:
-    """A row of the survey's table, in our units."""
+    """Return a row of the survey's table, in our units."""
     values = [published("fig17", scene, "kd-ropes", quantity=name) for _, name, *_ in QUANTITIES]
     return [(value or float("nan")) / scale
             for value, (_, _, scale, _) in zip(values, QUANTITIES)]
@@ -144,14 +144,14 @@ def _chart(results: dict[str, dict], out: Path) -> None:
 
 
 def _published_bytes(scene: str) -> tuple[float, float]:
-    """The published bytes of a kd-tree without and with ropes, or zeros."""
+    """Return the published bytes of a kd-tree without and with ropes, or zeros."""
     bare, whole = (published("fig17", scene, "kd-ropes", quantity=name) or 0
                    for name in ("kd-tree size", "kd-tree size with ropes"))
     return bare, whole
 
 
 def _series(name: str, sizes: list[tuple[float, float]], look: tuple[str, str]) -> Series:
-    """Lines in MiB from each tree's size without ropes to its size with ropes.
+    """Return lines in MiB from each tree's size without ropes to its size with ropes.
 
     ``sizes`` are in bytes; a pair of zeros gets no line.
     """

@@ -24,7 +24,7 @@ END = "end"
 
 @dataclass(frozen=True)
 class Visit:
-    """A node that the ray visited, and whether the ray meets its box."""
+    """A node that the ray visited, and whether the ray meets the node's box."""
 
     node: int
     entered: bool
@@ -35,7 +35,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def visits(found: Hierarchy, ray: Walk) -> list[Visit]:
-    """The nodes that the ray visited, read from its states.
+    """The nodes that the ray visited, read from the ray's states.
 
     The ray meets an inner node's box if it continues with the next node of the array, and a leaf's
     box if it tests triangles.
@@ -51,7 +51,7 @@ def visits(found: Hierarchy, ray: Walk) -> list[Visit]:
 
 
 def rows(found: Hierarchy, seen: list[Visit]) -> list[list[str]]:
-    """The table, with a row for each node: its links, and whether the ray met its box."""
+    """The table, with a row for each node: its links, and whether the ray met the node's box."""
     did = {visit.node: "met" if visit.entered else "missed" for visit in seen}
     return [[str(node), *(END if link is None else str(link)
                           for link in (found.hit_link(node), found.miss_link(node))),

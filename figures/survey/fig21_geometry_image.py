@@ -45,7 +45,7 @@ def surface() -> Parametrisation:
 
 @lru_cache(maxsize=1)
 def pyramids() -> tuple[ImageTree, np.ndarray, np.ndarray]:
-    """The tree, and its boxes' lower and upper corners, (nodes, 3) each, from textures."""
+    """Return the tree, and its boxes' lower and upper corners, (nodes, 3) each, from textures."""
     with rt.Tracer(image().scene(), "geometry-image") as tracer, tracer.gpu:
         tree = tracer.accelerator.structure
         lo, hi = (read_texture(tracer.session.tables[name][f"{name}_table"]).reshape(-1, 4)
@@ -58,7 +58,7 @@ def image() -> rt.GeometryImage:
 
 
 def level(tree: ImageTree, boxes: np.ndarray, height: int) -> np.ndarray:
-    """A level of a pyramid as an image, (side, side, 3)."""
+    """Return a level of a pyramid as an image, (side, side, 3)."""
     node = np.arange(tree.levels[height], tree.levels[height + 1])
     first = node
     for _ in range(height):
@@ -79,7 +79,7 @@ def rows() -> list[list[Any]]:
 
 
 def colours(positions: np.ndarray) -> np.ndarray:
-    """x, y, z in the scene's box as red, green, blue."""
+    """Return x, y, z in the scene's box as red, green, blue."""
     lo, hi = (corner.astype(np.float64) for corner in image().scene().bounds)
     return np.clip((positions - lo) / (hi - lo), 0, 1)
 

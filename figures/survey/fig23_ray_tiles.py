@@ -22,10 +22,10 @@ WORDS = {"tile_spans": "middle of a tile's rays", "tile_cones": "enclosing cone 
 
 @lru_cache(maxsize=None)
 def passes() -> tuple[list[Issued], list[tuple[int, int]]]:
-    """The passes of one image of eye rays, and two counts for each batch of triangles.
+    """Return the passes of one image of eye rays, and two counts for each batch of triangles.
 
-    The counts are all pairs of a triangle and a tile, and the pairs whose triangle meets the
-    tile's cone.
+    The first counts all pairs of a triangle and a tile, the second the pairs whose triangle
+    meets the tile's cone.
     """
     scene = rt.load_scene(SCENE)
     rays = scene.camera.rays((SIDE, SIDE))

@@ -67,7 +67,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def cones(axis: Any, level: ConeLevel) -> None:
-    """Draw each node's sphere, and two lines from the sphere that bound the node's rays."""
+    """Draw each node's sphere. Two lines from the sphere's rim bound the node's rays."""
     for node in range(len(level.radius)):
         colour = plt.cm.tab10(node % 10)
         centre, radius = level.centre[node, :2], float(level.radius[node])

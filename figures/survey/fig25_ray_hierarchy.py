@@ -35,7 +35,7 @@ def counted(scene: rt.Scene, side: int) -> list[list[Any]]:
     """The table of pairs for side x side eye rays, with a row for each level.
 
     A row has the level, the number of nodes of the level below, the pairs, and the pairs after the
-    reduction. Its last entry divides the pairs after the reduction by the number of all pairs of a
+    reduction. The last entry divides the pairs after the reduction by the number of all pairs of a
     triangle and a node of the level below.
     """
     sizes, _ = level_sizes((side, side))

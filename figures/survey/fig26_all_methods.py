@@ -1,7 +1,7 @@
 """Figure 26: every method at 10,000 triangles, relative to the Ray Engine.
 
-Four columns of speeds are compared: measured here; predicted for a GeForce 8800 GTX; scaled to
-this card from the papers' rates, as the survey scales them; and published.
+The page compares four speeds of a method: measured here; predicted for a GeForce 8800 GTX; scaled
+to this card from the papers' rates, as the survey scales them; and published in the survey.
 """
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def predicted_ns(entry: SurveyedMethod, data: Path) -> tuple[float | None, str]:
-    """Predicted nanoseconds per ray on the card, and what takes most of the time."""
+    """Return the predicted nanoseconds per ray, and the part that takes most of the time."""
     cell, card = entry.counted(), find_card(CHIP)
     result = None if cell is None else read(cell, data)
     if result is None:
@@ -92,7 +92,7 @@ def predicted_ns(entry: SurveyedMethod, data: Path) -> tuple[float | None, str]:
 
 
 def rows(data: Path, full: bool) -> list[MethodSpeed]:
-    """Every entry with a measurement or a prediction."""
+    """Return the speeds of every entry with a measurement or a prediction."""
     found = []
     for entry in entries():
         timed, (ns, bound) = read(entry.measured(full), data), predicted_ns(entry, data)
@@ -112,14 +112,14 @@ def _over(base: float | None, ns: float | None) -> float | None:
 
 
 def value(row: MethodSpeed, column: str) -> float | None:
-    """A speed relative to the Ray Engine. "scaled" is the geometric mean of both scalings."""
+    """Return the speed in a column; for "scaled", the geometric mean of both scalings."""
     if column == "scaled":
         return math.sqrt(math.prod(row.scaled)) if row.scaled else None
     return getattr(row, column)
 
 
 def agreement(found: list[MethodSpeed], one: str, other: str) -> tuple[float, float, int]:
-    """tau-b of two columns, the factor by which their ratios differ, and the number of methods."""
+    """Return tau-b and `verdicts.off_by` of two columns, and the number of methods."""
     pairs = [(a, b) for row in found
              if (a := value(row, one)) and (b := value(row, other))]
     if len(pairs) < 2:
@@ -129,7 +129,7 @@ def agreement(found: list[MethodSpeed], one: str, other: str) -> tuple[float, fl
 
 
 def claims(found: list[MethodSpeed], column: str) -> list[str]:
-    """Sentences that compare a column with the survey's conclusions from its figure."""
+    """Return sentences that compare a column with the survey's conclusions from its figure."""
     lines = []
     for says, chosen in (("packets compared with single rays", lambda row: row.entry.row.packet),
                          ("methods with a stack compared with methods without",
@@ -150,7 +150,7 @@ def _tree(row: MethodSpeed) -> bool:
 
 
 def packet_pairs(found: list[MethodSpeed]) -> list[str]:
-    """Sentences that compare packets with single rays through the same structure."""
+    """Return sentences that compare packets with single rays through the same structure."""
     by_name = {row.entry.method: row for row in found if row.entry.method != "kd-stack"}
     lines = []
     for packet, single in (("kd-packet", "kd-short-stack"), ("kd-ropes-packet", "kd-ropes"),
@@ -165,7 +165,7 @@ def packet_pairs(found: list[MethodSpeed]) -> list[str]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """The verdict on the predicted column, with the verdict on the measured column beside it."""
+    """Return the verdict on the predicted column, which also cites the measured column."""
     found = rows(data, full)
     said, here = (_judge(found, column) for column in ("predicted", "measured"))
     said = verdicts.on_card(find_card(CHIP).name, said, here)

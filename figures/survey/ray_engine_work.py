@@ -1,6 +1,6 @@
 """Ray Engine work: counts the work of Carr et al.'s Ray Engine on a card, and predicts its time.
 
-A cell (framework/cell.py) measures this work if its ``work`` is WORK and the name of a workload.
+A cell (framework/cell.py) measures this work if its ``work`` is WORK + the name of a workload.
 The host collects pairs of a ray and a triangle, and the card tests each pair. Only the card's time
 is predicted.
 """
@@ -46,7 +46,7 @@ def predicted_seconds(card: Card, work: Mapping[str, float]) -> tuple[float, str
     method, kernel = KERNEL
     pairs = round(work["pairs"])
     issued = KernelIssues((kernel,), (pairs,), (pairs,), passes=(round(work["draws"]),))
-    # A draw's quads cover only rays that test the quads' triangles, so early depth rejects none.
+    # A draw's quads cover only rays that test the quads' triangles: early depth rejects no pixel.
     cost = replace(static_cost(card.chip.lower(), method, kernel), fetches=FETCHES,
                    targets=TARGETS)
     time = time_of_passes(card, issued, {kernel: cost}, {kernel: FETCHES}, pixels=0)

@@ -1,9 +1,9 @@
 """Scaled: scales published rates to one card, as the survey scaled them for Figure 26.
 
 The survey scaled each paper's rate "based on the bottleneck", to a GeForce 8800 and to 10,000
-triangles, but prints neither the bottlenecks nor the rates that it began with. Here each printed
-rate is scaled twice, by arithmetic and by bandwidth. The rate at 10,000 triangles is interpolated
-between two scenes (`at_triangles`).
+triangles, but it does not print the bottlenecks and the original rates. Here each rate that the
+survey prints elsewhere is scaled twice, by arithmetic and by bandwidth. The rate at 10,000
+triangles is interpolated between two scenes (`at_triangles`).
 """
 from __future__ import annotations
 
@@ -44,28 +44,28 @@ class Scaled:
     scenes: tuple[str, ...]     # all scenes with a printed rate
 
     def on(self, card: Card) -> tuple[float, float]:
-        """Rays per second on ``card``, scaled by arithmetic and scaled by bandwidth."""
+        """Return the rays per second on ``card``, scaled by arithmetic and by bandwidth."""
         return (self.rate * arithmetic(card) / arithmetic(self.card),
                 self.rate * card.bandwidth / self.card.bandwidth)
 
 
 def arithmetic(card: Card) -> float:
-    """Four-component instructions per second; four scalar instructions count as one."""
+    """Return four-component instructions per second; four scalar instructions count as one."""
     return float(card.scalar_rate / 4 if card.scalar_units else card.vector_rate)
 
 
 def at_triangles(points: list[tuple[int, float]], count: int = TRIANGLES) -> float:
-    """The rate at ``count`` triangles, interpolated between points (triangles, rate).
+    """Return the rate at ``count`` triangles, interpolated between points (triangles, rate).
 
-    The interpolation is linear in the logarithms. Without a scene on one side, return the rate of
-    the nearest scene.
+    The interpolation is linear in the logarithms. If no scene is smaller, or no scene is larger,
+    return the rate of the nearest scene.
     """
     x, y = zip(*sorted((math.log(n), math.log(rate)) for n, rate in points))
     return float(math.exp(np.interp(math.log(count), x, y)))
 
 
 def scaled() -> list[Scaled]:
-    """The rate and the card of every paper whose rates the survey prints."""
+    """Return the rate and the card of every paper whose rates the survey prints."""
     method, scene, triangles, chip = ENGINE
     rate = published("text", scene, method, quantity="rate")
     assert rate is not None
@@ -86,7 +86,7 @@ def scaled() -> list[Scaled]:
 
 
 def speeds(rows: list[Scaled]) -> dict[str, tuple[float, float]]:
-    """Source -> its speed relative to the Ray Engine, scaled by arithmetic and by bandwidth."""
+    """Return source -> speeds relative to the Ray Engine, by arithmetic and by bandwidth."""
     card = find_card(CHIP)
     base = next(row for row in rows if row.source == BASE).on(card)
     return {row.source: (row.on(card)[0] / base[0], row.on(card)[1] / base[1]) for row in rows}

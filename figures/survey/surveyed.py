@@ -46,7 +46,7 @@ STANDS_FOR: dict[str, tuple[str, Options]] = {
 
 @dataclass(frozen=True)
 class SurveyedMethod:
-    """A method with options. It stands for the row ``source`` of Table 1, if not None."""
+    """A method with options, which stands for the row ``source`` of Table 1, if there is one."""
 
     method: str
     options: Options = ()
@@ -61,7 +61,7 @@ class SurveyedMethod:
         return next(row for row in rt.methods() if row.name == self.method)
 
     def measured(self, full: bool) -> Cell:
-        """The cell (cell.py) that times eye rays of the scene here."""
+        """Return the cell (cell.py) that times eye rays of the scene on this machine."""
         return Cell(SCENE, self.method, (*self.options, PERIOD_TEST), measured_size(full), EYE,
                     runs=timed_runs(full))
 
@@ -71,7 +71,7 @@ class SurveyedMethod:
         return next(iter(forms_of(self.method, CHIP, (WHILE_WHILE,))), None)
 
     def counted(self) -> Cell | None:
-        """The cell that counts the card's work for the predicted column's rays.
+        """Return the cell that counts the card's work for the predicted column's rays.
 
         None for a method without a prediction.
         """
@@ -84,7 +84,7 @@ class SurveyedMethod:
 
 
 def measured_size(full: bool) -> int:
-    """Pixels per side of the image whose rays are timed."""
+    """Return the pixels per side of the image whose rays are timed."""
     return 512 if full else 256
 
 
@@ -96,7 +96,7 @@ def rays_of_columns(full: bool) -> str:
 
 
 def entries() -> list[SurveyedMethod]:
-    """The survey's rows in their order, then every other method of our table."""
+    """Return the survey's rows in order, then every other method of our table."""
     surveyed = [SurveyedMethod(method, options, source)
                 for source, (method, options) in STANDS_FOR.items()]
     known = {entry.method for entry in surveyed}
@@ -105,18 +105,18 @@ def entries() -> list[SurveyedMethod]:
 
 @functools.cache
 def table1() -> dict[str, dict[str, str]]:
-    """The survey's printed Table 1, source -> column -> text."""
+    """Return the survey's printed Table 1: source -> column -> text."""
     file = importlib.resources.files("gpgpu_rt.figures") / "published" / "table1.csv"
     with file.open(newline="", encoding="utf-8") as lines:
         return {row["source"]: row for row in csv.DictReader(lines)}
 
 
 def published_speed(source: str | None) -> float | None:
-    """The speed relative to the Ray Engine that the survey prints, or None."""
+    """Return the speed relative to the Ray Engine that the survey prints, or None."""
     value = table1()[source]["relative_performance"] if source else ""
     return float(value) if value else None
 
 
 def updated(entry: SurveyedMethod) -> Cell:
-    """The cell (cell.py) that times a method's update after triangles moved."""
+    """Return the cell (cell.py) that times a method's update after triangles moved."""
     return Cell(SCENE, entry.method, entry.options, 0, "updates", runs=3)

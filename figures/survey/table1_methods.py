@@ -160,7 +160,7 @@ def _cell(line: MethodProperties, column: str) -> str:
 
 
 def _chart(found: list[MethodProperties], out: Path) -> None:
-    # Colour-blind readers can tell blue from orange, and "not" repeats what orange says.
+    # Colour-blind readers can tell blue from orange, and the word "not" says the same as orange.
     colours = {True: "#cfe2f3", False: "#f8d3b0", None: "#eeeeee"}
     figure, axis = plt.subplots(figsize=(12, 0.42 * len(found) + 1.6))
     for y, line in enumerate(found):

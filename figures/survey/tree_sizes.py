@@ -1,4 +1,4 @@
-"""Tree sizes: computes a kd-tree's size without and with ropes, as Popov et al. 2007 store it."""
+"""Tree sizes: computes a kd-tree's size without and with ropes, as in Popov et al. 2007."""
 from __future__ import annotations
 
 from collections.abc import Mapping

@@ -1,6 +1,6 @@
 #version 330 core
-// The scan within blocks of BLOCK texels of four elements (Roger, Assarsson, Holzschuch 2007; survey,
-// section 3.6). Each element gets the number of kept elements in its block up to and including itself.
+// Scans blocks of BLOCK texels with four elements each (Roger, Assarsson, Holzschuch 2007; survey, section
+// 3.6). Each element gets the number of kept elements in its block, up to and including this element.
 //
 // Departure: Roger et al. count the removed elements before an element, in log2 s passes for a block of s
 // elements. Here one pass counts the kept elements.

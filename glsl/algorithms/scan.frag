@@ -1,7 +1,7 @@
 #version 330 core
 // One level of the downward half of a scan. Each element gets the sum of all elements before it: the level
-// above gives the sum before the element's block of FAN elements, and this level adds the elements of the
-// block before the element. In the survey (section 3.6) stream reduction begins with a scan (D. Horn,
+// above gives the sum before the element's block of FAN elements, and this level adds the earlier elements
+// of the block. In the survey (section 3.6), stream reduction begins with a scan (D. Horn,
 // "Stream Reduction Operations for GPGPU Applications", GPU Gems 2, 2005).
 //
 // Departure: Horn runs log2 n passes over all n elements, and each pass doubles the distance between the
@@ -11,7 +11,7 @@
 #include <records>
 #include "core/stream.glsl"
 
-uniform int elements;   // number of elements in this level; the sums have one more, the total
+uniform int elements;   // number of elements in this level; the sums have one more element, the total
 
 void main() {
     int i = element();

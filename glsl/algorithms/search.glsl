@@ -1,5 +1,5 @@
 // Find the flagged element of a given rank by a binary search in the prefix sums of the flags (D. Horn, GPU
-// Gems 2, 2005). A fragment cannot send its element elsewhere, so each output fragment searches for its
+// Gems 2, 2005). A fragment cannot write its element elsewhere, so each output fragment searches for its
 // element. If the sums have four channels, FLAG selects the channel.
 
 #ifndef FLAG

@@ -19,8 +19,8 @@ void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     int place = (texel.y << TABLE_WIDTH_LOG2) + texel.x - block_start;
     float rank = float(place);
-    // `place` kept elements of the block come before this element. These fill at least place / 4 texels,
-    // because a texel holds at most four. The same holds after this element. Search between these texels.
+    // `place` kept elements of the block precede this element. They fill at least place / 4 texels, because
+    // a texel holds at most four elements. The same is true after this element. Search the texels between.
     int lo = BLOCK * block + place / 4;
     int hi = min(BLOCK * (block + 1), texels) - 1 - (block_total - 1 - place) / 4;
     while (lo < hi) {

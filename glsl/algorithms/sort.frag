@@ -6,7 +6,7 @@
 // Departures: in the first step of each merge, a position's partner is its mirror image in the merged
 // block, so that all steps put the smaller element first. Elements past the end count as largest and do not
 // move, so that any number of elements can be sorted. A pass runs two steps: a fragment gathers the four
-// elements that decide the result. So two fragments compute each result of the first step; none stores it.
+// elements that decide the result. So two fragments compute each result of step one; neither stores it.
 
 #include <records>
 #include "core/stream.glsl"

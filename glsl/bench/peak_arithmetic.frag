@@ -1,6 +1,6 @@
 #version 330 core
-// Measures the rate of multiply-adds (figures/experiments/cpu_peak.py): TURNS * ROUNDS for each of three
-// vectors. The vectors are nearly independent, so their operations overlap. The vectors fit in registers.
+// Measures the rate of multiply-adds (figures/experiments/cpu_peak.py). A fragment computes TURNS * ROUNDS
+// multiply-adds for each of three vectors. The vectors fit in registers, and their operations overlap.
 
 out vec4 sum;
 

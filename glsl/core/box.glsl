@@ -20,8 +20,8 @@ float min_component(vec3 v) {
     return smaller(smaller(v.x, v.y), v.z);
 }
 
-// Return the interval of t, from x to y, in which a ray is inside a box. It is empty if x > y. With
-// OCTANTS, `lo` is the corner that the ray meets first, and `hi` the opposite corner.
+// Return the interval of t in which a ray is inside a box: x is its start and y its end. It is empty if
+// x > y. With OCTANTS, `lo` is the corner that the ray meets first, and `hi` the opposite corner.
 vec2 box_interval(Ray ray, vec3 lo, vec3 hi) {
     vec3 a = R(R(lo - ray.lo_origin) * ray.inv_dir);
     vec3 b = R(R(hi - ray.hi_origin) * ray.inv_dir);

@@ -1,7 +1,7 @@
 // The position of texel i of a table. A shift gives the row, because a division could round to a wrong row.
 //
 // TABLE_INTEGER converts a number of a table to int. With SMALL_INTEGERS no integer in the tables exceeds
-// 2^22, and adding 1.5 * 2^23 moves the integer to the last bits of the sum. int(x) is slower, because
+// 2^22, and adding 1.5 * 2^23 moves the integer to the lowest bits of the sum. int(x) is slower, because
 // llvmpipe of Mesa 25 converts lane by lane.
 
 #include "core/texel.glsl"

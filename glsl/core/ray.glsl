@@ -11,7 +11,7 @@ struct Ray {
     vec3 lo_origin;  // the origins from which box_interval measures the corners `lo` and `hi` of a box
     vec3 hi_origin;  // (core/slack.glsl)
 #ifdef AFTER_HIT
-    int after;       // at exactly t_min a ray hits only triangles with an index above this
+    int after;       // at exactly t_min, a ray hits only triangles with an index above this number
 #endif
 };
 

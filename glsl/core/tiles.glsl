@@ -1,5 +1,5 @@
-// An atlas of tiles side by side, each as large as the state textures, instead of a layered texture: a
-// fragment program cannot choose the layer that it writes.
+// An atlas holds tiles side by side, each as large as the state textures. An atlas replaces a layered
+// texture, because a fragment program cannot choose the layer that it writes.
 
 uniform ivec2 tile_size;
 uniform int tiles_a_row;

@@ -5,7 +5,7 @@
 #include "methods/geometry_image/image_triangles.glsl"
 #endif
 
-// Keep a hit that comes before the nearest hit so far in the order of (t, index). A ray that continues
+// Keep a hit if it precedes the nearest hit so far in the order of (t, index). A ray that continues
 // behind a hit (AFTER_HIT) has the hit's t as t_min, and at this t accepts only higher indices. The era
 // form (ERA, docs/era.md) compares only t, as the papers' kernels did.
 void accept(Ray ray, float t, float u, float v, int index, inout Hit hit) {

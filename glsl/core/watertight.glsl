@@ -49,7 +49,7 @@ bool all_below_zero(vec3 v) {
     return min(min(bits.x, bits.y), bits.z) > MINUS_ZERO;
 }
 
-// The distance of the plane of triangle i, clamped to the range of `depths`, the corners' t. The corners
+// Return the t of triangle i's plane, clamped to the range of the corners' t (`depths`). The corners
 // v0, v1 and v2 are relative to the origin, with permuted axes. The two shorter edges give the most exact
 // normal. If the plane contains the ray's direction, the result is an end of the range.
 float plane_distance(Ray ray, int i, vec3 v0, vec3 v1, vec3 v2, vec3 depths) {
@@ -89,7 +89,7 @@ void test_corners(Ray ray, vec3 v0, vec3 v1, vec3 v2, int i, inout Hit hit) {
     }
 }
 
-// The corner relative to `start`, the origin; both with permuted axes.
+// Return the corner relative to the ray's origin `start`; both have permuted axes.
 vec3 seen_from(vec3 start, bvec2 axes, vec3 corner) {
     PRECISE vec3 p = R(permuted(axes, corner) - start);
     return p;

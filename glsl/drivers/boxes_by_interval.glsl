@@ -1,9 +1,9 @@
 // One test of a box for all rays of a packet, by interval arithmetic: Wald, Boulos, Shirley, "Ray Tracing
 // Deformable Scenes Using Dynamic Bounding Volume Hierarchies", TOG 2007.
 //
-// The rays of a turn walk together (packet_turns.glsl); their directions agree in their signs. Each
-// operation here is an operation of `box_interval` (core/box.glsl) on the rays' extreme values.
-// Rounding is monotonic, so if the interval of a box is empty, no ray is in the box.
+// A turn (packet_turns.glsl) is a walk of rays whose directions agree in their signs. Each operation here
+// is an operation of `box_interval` (core/box.glsl) on the extreme values of these rays. Rounding is
+// monotonic, so if the interval of a box is empty, none of the rays meets the box.
 //
 // Departure: a turn includes only the waiting rays that begin within REACH of the first waiting ray, on
 // every axis. If a silhouette splits a packet's shadow rays, bounds around all its rays would contain most
@@ -94,7 +94,7 @@ bool begins_near(int r) {
 }
 
 // Along each axis the extreme origin is a maximum or a minimum, depending on the directions' sign.
-// Multiplied by the signs `along`, first_origin is always a maximum and last_origin a minimum.
+// After multiplication by the signs `along`, first_origin is a maximum and last_origin a minimum.
 void bound_origin(int r) {
     Ray ray = rays[r];
     bool here = ray.t_min < NEVER;
@@ -154,7 +154,7 @@ vec3 ends_by_sign(vec3 a, vec3 positive, vec3 negative) {
 }
 
 // Return an interval of t, from x to y, that contains the part of each ray that lies in the box and is
-// still to be searched. It is empty if x > y.
+// still to be searched. The interval is empty if x > y.
 vec2 searched(int r, vec3 lo, vec3 hi) {
     vec3 a = R(met_first(lo, hi) - first_origin);
     vec3 b = R(met_last(lo, hi) - last_origin);

@@ -1,7 +1,7 @@
 #version 330 core
 // Eye rays through the pixel centres (Purcell et al. 2002, the first of their four kernels). The
-// accumulation buffer adds up pictures with different `aside` (Haeberli and Akeley, "The Accumulation
-// Buffer", SIGGRAPH 1990).
+// accumulation buffer adds up pictures with different values of `aside` (Haeberli and Akeley, "The
+// Accumulation Buffer", SIGGRAPH 1990).
 
 #include "core/precision.glsl"
 #include <streams>

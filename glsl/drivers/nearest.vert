@@ -1,8 +1,8 @@
 #version 330 core
-// Sends each candidate for a ray's nearest hit to the texel of the ray. In the first pass blending keeps
-// the least t and counts the candidates. With LOWEST only the candidates with the least t are sent, and
-// blending keeps the lowest index of their triangles. With HITS only the candidate with this t and index is
-// sent. A depth test cannot replace the blending: 24 bits do not distinguish nearly equal t.
+// Sends each candidate for a ray's nearest hit to the texel of the ray. In the first pass, blending keeps
+// the least t and counts the candidates. With LOWEST, only the candidates with the least t are sent, and
+// blending keeps the lowest index of their triangles. With HITS, only the candidate with this t and index
+// is sent. A depth test cannot replace the blending: 24 bits do not distinguish nearly equal t.
 
 #include <sources>
 #include "core/fetch.glsl"

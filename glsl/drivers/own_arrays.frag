@@ -1,6 +1,6 @@
 #version 330 core
 // Tests whether each fragment writes to its own array at its own index. Mesa's softpipe uses one index for
-// all four fragments of a 2 x 2 block (seen with Mesa 22.3), which would mix up the stacks of four rays.
+// all four fragments of a 2 x 2 block (seen with Mesa 22.3). This would mix up the stacks of four rays.
 
 const int LENGTH = 64;
 

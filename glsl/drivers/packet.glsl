@@ -4,8 +4,8 @@
 const ivec2 PACKET_SIZE = ivec2(PACKET_WIDTH, PACKET_HEIGHT);
 const int RAYS = PACKET_WIDTH * PACKET_HEIGHT;
 
-// A hit as four numbers. The highest bit of the triangle's number marks a ray whose packet the step limit
-// stopped.
+// A hit as four numbers. The highest bit of the triangle's number marks a ray of a packet that the step
+// limit stopped.
 
 const uint UNSETTLED = 0x80000000u;
 

@@ -1,6 +1,6 @@
-// Chooses the node at which a packet begins its walk: the entry of its tile (written by
-// stages/packet_entries.frag) if the beam that found the entry contains all rays of the turn, else the
-// root. An entry has four links, which describe how the walk continues (methods/bvh/entry_stack.glsl,
+// Chooses the node at which a packet begins its walk: the entry of its tile (stages/packet_entries.frag) if
+// the beam that found the entry contains all rays of this turn (packet_turns.glsl), else the root. An entry
+// has four links, which describe how the walk continues (methods/bvh/entry_stack.glsl,
 // methods/bvh/entry_threads.glsl).
 
 Packet_entry entry;

@@ -1,7 +1,7 @@
 #version 330 core
-// Runs each ray's part of a packet's step, under the schedule `step`. One fragment serves one
-// ray. If its packet is at a triangle, the ray tests the triangle. The first fields of the ray's new state
-// are a copy of the packet's phase and step count.
+// Runs each ray's part of a packet's step, under the schedule `step`. One fragment serves one ray. If the
+// ray's packet is at a triangle, the ray tests the triangle. The first fields of the ray's new state are a
+// copy of the packet's phase and step count.
 //
 // The file <ray_step> defines `step_ray`, which does the step of the ray in rays[0] and hits[0] and returns
 // the ray's new state.

@@ -8,10 +8,10 @@
 // Without either define the pass only sets up the state. The file <states> stores states in textures, or
 // keeps them in registers.
 //
-// Each kernel has its own loop, which runs while rays need the kernel (while-while; Aila and Laine 2009),
-// because a renderer that executes both sides of a branch still skips a loop that no ray enters. Loops test
-// at their bottom (`if` and `do while`): with a test at the top, such a renderer runs the body once more,
-// without effect.
+// Each kernel has its own loop, which runs while rays need the kernel (while-while; Aila and Laine 2009).
+// The reason: a renderer that executes both sides of a branch still skips a loop that no ray enters. Loops
+// test at their bottom (`if` and `do while`): with a test at the top, such a renderer runs the body once
+// more, without effect.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

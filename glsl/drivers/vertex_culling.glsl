@@ -1,17 +1,17 @@
 // Vertex culling: Reshetov, "Faster Ray Packets - Triangle Intersection through Vertex Culling", RT 2007. A
 // packet skips a triangle whose corners all lie outside one side of the frustum around the packet's rays.
 //
-// The four sides follow from the watertight test. This test moves each corner along the ray onto the plane
-// through the ray's origin perpendicular to the dominant axis. It rejects a triangle if all moved corners
-// have the same sign of x, or of y. Here the same operations work on intervals that contain the operands of
-// every ray. Rounding is monotonic, so an interval contains the result of each ray, and every ray would
-// reject a culled triangle. So culling needs no margin, in any precision.
+// The four sides follow from the watertight test. This test moves each corner, parallel to the ray, onto
+// the plane through the ray's origin that is perpendicular to the dominant axis. It rejects a triangle if
+// all moved corners have the same sign of x, or of y. Here the same operations work on intervals that
+// contain the operands of all rays. Rounding is monotonic, so an interval contains the result of each ray.
+// So every ray would reject a culled triangle, and culling needs no margin in any precision.
 //
 // Departures: the frustum is computed once for each turn of the packet (drivers/packet_turns.glsl) and not
 // anew in each leaf, so a packet whose rays diverge culls little. If the rays have different dominant axes,
 // the packet culls nothing.
 
-vec3 cull_origin_lo;    // bounds of the origins and shears, axes permuted as the rays permute them
+vec3 cull_origin_lo;    // bounds of the rays' origins and shears; axes are permuted as in the test
 vec3 cull_origin_hi;
 vec2 cull_shear_lo;
 vec2 cull_shear_hi;
@@ -44,8 +44,8 @@ void bound_frustum() {
     EACH(bound_for_culling)
 }
 
-// Return, for each of the four sides, whether a corner lies outside the side for all rays: the moved corner
-// is below 0 along x and y (components x and y) or above 0 (z and w).
+// Return, for each of the four sides, whether a corner lies outside the side for all rays. For component x,
+// the moved corner then has x < 0; for y, y < 0; for z, x > 0; for w, y > 0.
 bvec4 sides_outside(vec3 corner) {
     vec3 at = permuted(cull_dominant, corner);
     PRECISE vec3 lo = R(at - cull_origin_hi);

@@ -17,7 +17,7 @@ float min_component(vec3 v) {
     return min(min(v.x, v.y), v.z);
 }
 
-// The interval of t, from x to y, in which a ray is inside a box. The interval is empty if x > y.
+// Return the interval of t in which a ray is inside a box: start x, end y. It is empty if x > y.
 vec2 box_interval(Ray ray, vec3 lo, vec3 hi) {
     vec3 a = R(R(lo - ray.origin) * ray.inv_dir);
     vec3 b = R(R(hi - ray.origin) * ray.inv_dir);

@@ -1,6 +1,6 @@
 #version 330 core
-// Distributes the hits of packets of 2x2 rays to their rays. A texel of the packets' textures holds one
-// number for each of the four rays. This pass is not from the paper.
+// Distributes the hits of packets of 2x2 rays to the rays. A texel of the packets' textures holds one
+// number for each of the four rays. The papers have no such pass.
 
 #include <streams>
 #include "core/phase.glsl"

@@ -1,4 +1,4 @@
-// The text of one packet kernel inside a loop. A card's compiler counts its instructions; the text never
+// The text of one packet kernel inside a loop. A card's compiler counts the instructions; the text never
 // runs. packet_loop.glsl runs the same kernels. For single rays, pass.glsl with IN_LOOP gives the text to
 // count.
 //

@@ -56,7 +56,7 @@ void main() {
         }
     }
 #ifdef DISCARDS_UNFINISHED
-    // The present renderer ends long loops silently. An occlusion query shows that fragments are missing.
+    // The present renderer may stop long loops silently. An occlusion query then finds too few fragments.
     if (state.phase != DONE) {
         discard;
     }

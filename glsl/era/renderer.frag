@@ -1,6 +1,6 @@
 #version 330 core
-// Defines the names of card.frag for the present renderer, which does not read GLSL 1.20, so that both
-// files share the text of the kernels.
+// Defines the names of card.frag for the present renderer, which does not read GLSL 1.20. So the same text
+// of a kernel compiles with both files.
 
 #define texel_of(texels) texture(texels, gl_FragCoord.xy / vec2(textureSize(texels, 0)))
 #define texel_at(texels, place) texture(texels, place)

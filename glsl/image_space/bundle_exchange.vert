@@ -7,7 +7,7 @@
 //
 // Departure: the paper draws a random direction in each iteration and averages the results. Here the set of
 // directions is fixed, and each bounce runs through all of them. The fourth channel adds up the weights
-// that a side received. The host (ray_bundles.py) multiplies the light by pi and divides it by this sum,
+// that a side received. The host (ray_bundles.py) multiplies the light by pi and divides by this sum,
 // whose exact value would be pi.
 
 #include <constants>

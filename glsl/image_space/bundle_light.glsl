@@ -1,4 +1,4 @@
-// Radiance between neighbouring layers of a bundle. The sky lies beyond the first and last layer.
+// Radiance between neighbouring layers of a bundle (parallel rays). The sky lies beyond all layers.
 
 uniform vec3 sky_before;    // radiance of the sky before the first layer
 uniform vec3 sky_behind;    // radiance of the sky behind the last layer

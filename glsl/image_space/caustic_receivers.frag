@@ -1,5 +1,5 @@
 #version 330 core
-// Write the points that the light would see without the refractor. Photons look up receivers there
+// Write the points that the light sees without the refractor. Photons look up receivers in this image
 // (caustic_splat.vert).
 
 in vec3 place;

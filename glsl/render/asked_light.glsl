@@ -1,5 +1,5 @@
 // Light sampling at a vertex of a path: choose a light by Walker's alias method (1977), from the table of
-// gpgpu_rt/scene/light_choice.py, and a point on this light. The two form the asked light. If the
+// gpgpu_rt/scene/light_choice.py, and a point on this light. Light and point form the asked light. If the
 // surroundings of the scene are chosen, asked_surroundings.glsl samples a direction instead of a point.
 
 uniform int light_count;

@@ -7,7 +7,7 @@
 // Departure: differences of nearly equal numbers are written in another form. Let c be `cosine`, t the
 // angle of the refracted ray, g = ior cos t and s^2 = (1 - c)(1 + c). Then
 //     c - g = (1 - ior^2) / (c + g),   ior^2 c - g = (1 - ior^2)(s^2 - ior^2 c^2) / (ior^2 c + g).
-// So no amplitude loses its digits, even for nearly equal media or near the critical angle.
+// So cancellation costs no digits, even for nearly equal media or near the critical angle.
 
 float sine_squared(float cosine) {
     return max((1.0 - cosine) * (1.0 + cosine), 0.0);

@@ -1,11 +1,11 @@
 // Sample directions towards an image around the scene, with a density proportional to the image's
-// brightness. gpgpu_rt/scene/image_light.py is the numpy version and documents the algorithm. Include after
-// surroundings.glsl, sample.glsl and luminance.glsl.
+// brightness. gpgpu_rt/scene/image_light.py is the numpy version and documents the algorithm. Include this
+// file after surroundings.glsl, sample.glsl and luminance.glsl.
 
 uniform sampler2D surroundings_sums;    // cumulative probabilities of the cells of each row
 
-// The ratio of a direction's probability density (per steradian) to the luminance of its radiance, where
-// the cosine of the latitude equals its mean in the row of cells. The density includes the probability that
+// The ratio of a direction's probability density (per steradian) to the luminance of its radiance, at the
+// latitude whose cosine is the mean cosine of the row of cells. The density includes the probability that
 // light sampling chooses the image.
 uniform float image_density;
 

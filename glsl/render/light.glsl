@@ -2,7 +2,7 @@
 // ray.
 
 uniform vec3 light_position;    // position of a point light, or first corner of an emitting triangle
-uniform vec3 light_intensity;   // intensity of a point light; for a triangle, radiance times area divided by pi
+uniform vec3 light_intensity;   // of a point light; for a triangle, radiance times area divided by pi
 
 #include "render/light_end.glsl"
 #if defined(AREA_LIGHTS) || defined(GLOSSY)
@@ -28,8 +28,8 @@ vec3 place_on_light(ivec2 pixel) {
 #endif
 
 #ifdef GLOSSY
-// An energy-conserving lobe around the mirror direction (Lafortune and Willems 1994). It is multiplied by
-// pi, because light intensities are irradiances divided by pi.
+// An energy-conserving lobe around the mirror direction (Lafortune and Willems 1994). The lobe is
+// multiplied by pi, because light intensities are irradiances divided by pi.
 vec3 glossy_light(Surface surface, vec3 to_light, vec3 direction) {
     float exponent = glossy_exponent(surface.material);
     float cosine = dot(to_light, reflect(direction, surface.normal));

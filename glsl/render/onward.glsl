@@ -1,5 +1,5 @@
-// Computes the reflected or refracted ray at a mirror or dielectric surface (Whitted 1980). Include after
-// surface.glsl, and under DIELECTRICS after fresnel.glsl.
+// Computes the reflected or refracted ray at a mirror or dielectric surface (Whitted 1980). Include this
+// file after surface.glsl and, under DIELECTRICS, after fresnel.glsl.
 
 struct Onward {
     vec3 direction;

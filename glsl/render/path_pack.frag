@@ -1,6 +1,6 @@
 #version 330 core
 // Copy the live paths of a wave (the paths traced at once) side by side into smaller textures. A copy holds
-// the path's ray and weight, the light found so far, and the texel that the path came from. Texels behind
+// the path's ray and weight, the light gathered so far, and the texel that the path came from. Texels after
 // the last live path get an empty ray.
 
 #include "core/precision.glsl"
@@ -8,7 +8,7 @@
 #include "core/fetch.glsl"
 #include "stages/sorted_place.glsl"
 
-uniform int squares_a_row;       // squares per row of the target textures
+uniform int squares_a_row;       // squares (sorted_place.glsl) per row of the target textures
 uniform int from_squares_a_row;  // squares per row of the source textures
 uniform int kept;                // number of live paths
 

@@ -1,7 +1,7 @@
 #version 330 core
-// Add the samples of a wave (the paths traced at once) to the sums of each pixel, in order, so that the
-// sums do not depend on the number of samples in a wave. The rounding error of each addition corrects the
-// next addition (Kahan, "Further Remarks on Reducing Truncation Errors", CACM 1965).
+// Add the samples of a wave (the paths traced at once) to the sums of each pixel. Samples are added in
+// order, so the sums do not depend on the number of samples in a wave. The rounding error of each addition
+// corrects the next addition (Kahan, "Further Remarks on Reducing Truncation Errors", CACM 1965).
 
 #include "core/precision.glsl"
 #include <streams>

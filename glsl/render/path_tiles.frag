@@ -1,5 +1,5 @@
 #version 330 core
-// Find whether a tile of pixels holds a live path, with one fragment per tile.
+// Each fragment finds whether one tile of pixels holds a live path.
 
 #include <streams>
 

@@ -36,8 +36,8 @@ uniform bool last;          // whether all paths end at this vertex
 uniform int roulette;       // first vertex at which Russian roulette may end paths
 uniform float most_survive; // largest probability to survive Russian roulette
 
-// Return an endless ray that leaves the hit. The offset of its origin keeps it from hitting its own
-// triangle.
+// Return an endless ray that leaves the hit. The offset of the origin keeps the ray from hitting the
+// triangle of the hit.
 Rays leave(inout Spawn spawn, vec3 direction) {
     Rays ray = Rays(vec3(0.0), spawn_t_min(), direction, INFINITE);
     for (int tries = 0; tries < SPAWN_TRIES; ++tries) {
@@ -82,8 +82,8 @@ vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout R
 #endif
     if (max(max(found.r, found.g), found.b) > 0.0) {
         shadow = leave(spawn, direction);
-        // `leave` may have moved the start after the direction was computed, which displaces the end
-        // equally far. So add the offset to the light's error.
+        // `leave` may have moved the ray's origin after the direction was computed. The ray's end then
+        // moves equally far, so add the offset to the light's error.
         shadow.t_max = shadow_end(dot(light.place - shadow.origin, direction),
                                   light.blur + spawn.offset, facing);
     }

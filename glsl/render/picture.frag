@@ -1,9 +1,9 @@
 #version 330 core
 // Write the picture in sRGB. With GATHERED the light of a pixel is the sum that other passes gathered,
-// divided by the number of samples. Without GATHERED (one sample per pixel, at most one shadow ray per hit,
-// no bounces) a pixel gets the light that needs no shadow ray, plus the direct light if the shadow ray hit
-// nothing. Ambient light and emission need no shadow ray, nor do the surroundings if the eye ray hit
-// nothing. If the host applies an exposure or a tone map, the picture is linear and not clipped.
+// divided by the number of samples. Without GATHERED there is one sample per pixel, at most one shadow ray
+// per hit, and no bounce. A pixel then gets the light that needs no shadow ray: ambient light and emission,
+// or the surroundings if the eye ray hit nothing. The direct light is added if the shadow ray hit nothing.
+// If the host applies an exposure or a tone map, it sets `linear`: the picture is linear and not clipped.
 
 #include <streams>
 #include "core/hit.glsl"

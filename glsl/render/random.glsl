@@ -4,9 +4,9 @@
 // Functions for GPU Rendering", JCGT 9(3), 2020. Philox of Salmon et al. needs the high half of a product,
 // which GLSL 330 lacks. gpgpu_rt/reference/random_numbers.py draws the same numbers.
 
-// The counter of a block of four numbers: the pixel, the sample, and a word that packs the seed, the bounce
-// and the block, which stands for the purpose. The word has space for 16 blocks per bounce, 4096 bounces
-// and 65536 seeds.
+// Return the counter of a block of four numbers: the pixel, the sample, and a word that packs the seed, the
+// bounce and the block. Each purpose has its own block. The word has space for 16 blocks per bounce, 4096
+// bounces and 65536 seeds.
 uvec4 random_counter(uvec2 pixel, uint path_sample, uint bounce, uint block, uint seed) {
     return uvec4(pixel, path_sample, (seed << 16) | (bounce << 4) | block);
 }
@@ -25,7 +25,7 @@ uvec4 random_bits(uvec4 v) {
     return v;
 }
 
-// Numbers in (0, 1): the centres of 2^23 cells, exact in float32. Logarithms and quotients need no guard.
+// Return centres of 2^23 cells of (0, 1), exact in float32. They are never 0: logarithms need no guard.
 vec4 cell_middles(uvec4 bits) {
     return (vec4(bits >> 9) + 0.5) * 1.1920928955078125e-7;
 }

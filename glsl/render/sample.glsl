@@ -33,7 +33,7 @@ vec2 twice_the_angle(vec2 turn) {
 // remains.
 float logarithm(float x) {
     uint bits = floatBitsToUint(x);
-    int exponent = int((bits + 0x004afb0du) >> 23) - 127;   // adds 1 minus the mantissa of sqrt(1/2)
+    int exponent = int((bits + 0x004afb0du) >> 23) - 127;   // carries if the mantissa >= sqrt(1/2)'s
     float m = uintBitsToFloat(bits - uint(exponent << 23));
     return float(exponent) * 0.69314718056 + twice_artanh((m - 1.0) / (m + 1.0));
 }
@@ -105,8 +105,8 @@ vec2 sample_triangle(vec2 random) {
     return vec2(s * (1.0 - random.y), s * random.y);
 }
 
-// An orthonormal basis with a unit vector as third column: Duff, Burgess, Christensen, Hery, Kensler, Liani
-// and Villemin, "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
+// An orthonormal basis whose third column is the unit vector z: Duff, Burgess, Christensen, Hery, Kensler,
+// Liani and Villemin, "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
 mat3 frame_around(vec3 z) {
     float sign_z = z.z < 0.0 ? -1.0 : 1.0;
     float a = -1.0 / (sign_z + z.z);

@@ -30,15 +30,15 @@ uint permuted(uint x, uint key) {
 }
 
 // The index of the Sobol' point of a sample. An aligned block of 2^k samples gets an aligned block of 2^k
-// points in a shuffled order. The upper 16 bits do not change. For fewer than 65536 samples they are zero,
-// so the loop in sobol_next_two ends after at most 16 iterations.
+// points in a shuffled order. The upper 16 bits do not change. For fewer than 65536 samples these bits are
+// zero, so the loop in sobol_next_two ends after at most 16 iterations.
 uint shuffled(uint path_sample, uint key) {
     return (reversed(permuted(reversed(path_sample), key)) & 0xffffu) | (path_sample & 0xffff0000u);
 }
 
 // The first two coordinates of point i. The bits of a coordinate are in reversed order: the lowest bit has
-// the value 1/2. The second coordinate is i times Pascal's triangle modulo 2, a Kronecker product of five
-// 2x2 matrices.
+// the value 1/2. The second coordinate is i times the matrix of Pascal's triangle modulo 2, a Kronecker
+// product of five 2x2 matrices.
 uvec2 sobol_first_two(uint i) {
     uint x = i ^ ((i & 0xaaaaaaaau) >> 1);
     x ^= (x & 0xccccccccu) >> 2;

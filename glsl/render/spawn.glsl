@@ -1,6 +1,6 @@
 // Computes the start of a ray that leaves a hit. To keep the ray from hitting its own triangle, its start
 // lies off the triangle by the error of the hit point plus the error of the triangle test. `spawn` in
-// gpgpu_rt/reference/spawn.py computes the same start. Needs the triangle table in the scene's order.
+// gpgpu_rt/reference/spawn.py computes the same start. The triangle table must be in the scene's order.
 //
 // The error of the hit point. A unit is the relative error of one rounding. The point p = b0 v0 + u v1 + v
 // v2 lies in the plane for any u and v if b0 = 1 - u - v. The rounded b0 has an absolute error of one unit
@@ -12,22 +12,21 @@
 //
 // The error of the triangle test. Let l be the distance from p to the farthest vertex. The sign of t is the
 // sign of the dot product of a corner and the normal. This product has five roundings: of the subtraction
-// of the origin, of the quotient, of the products and of two sums. Each one displaces the triangle along
-// its normal by up to a unit of l on each axis. An offset of eight units of l is enough for most triangles.
+// of the origin, of the quotient, of the products and of two sums. Each rounding displaces the triangle
+// along its normal by up to one unit times l on each axis. Eight units times l suffice for most triangles.
 //
 // Eight units are not enough for a long thin triangle that is oblique to the axes. The rounding of the
-// normal adds four units of l times k, where k is the product of the lengths of the two shorter edges,
-// divided by twice the triangle's area (gpgpu_rt/numerics/error_bounds.py, step 7). Instead of adding this
-// error, the code runs the test, and doubles the offset while the ray hits its own triangle. Then it
-// bisects between the largest offset that failed and the offset that succeeded, until the two differ by at
-// most an eighth.
+// normal adds 4 l k units, where k is the product of the lengths of the two shorter edges, divided by twice
+// the triangle's area (gpgpu_rt/numerics/error_bounds.py, step 7). Instead of adding this error, the code
+// runs the test, and doubles the offset while the ray hits its own triangle. Then it bisects between the
+// largest offset that failed and the offset that succeeded, until the two differ by at most an eighth.
 
 #ifndef STORAGE_UNIT
 #define STORAGE_UNIT 0.0
 #endif
 
 const float FLOAT_UNIT = 5.9604645e-8;
-const int SPAWN_TRIES = 28;   // enough for 21 doublings, from 8 units of l to l, and for the bisection
+const int SPAWN_TRIES = 28;   // enough for 21 doublings, from 8 units times l to l, and for the bisection
 
 struct Spawn {
     vec3 point;
@@ -69,7 +68,7 @@ float least_of(uint dropped, float smallest, float quantum, float most) {
     return quantum;
 }
 
-// The least t_min, above 0: a ray that starts off its surface hits at t = 0 only by underflow.
+// The least t_min is above 0, because a ray that starts off its surface hits at t = 0 only by underflow.
 float spawn_t_min() {
     float t_min = 1.17549435e-38;
 #ifdef STORAGE_FORMAT
@@ -82,7 +81,7 @@ float spawn_t_min() {
 }
 
 // Choose the next offset: double it while the ray hits its own triangle, then bisect. Return whether the
-// offset has changed. The last offset succeeded, unless the largest offset failed.
+// offset has changed. The final offset succeeds, unless the largest offset fails.
 bool spawn_further(inout Spawn spawn, bool hits_itself) {
     spawn.low = hits_itself ? spawn.offset : spawn.low;
     spawn.high = hits_itself ? spawn.high : spawn.offset;

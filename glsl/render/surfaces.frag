@@ -1,8 +1,8 @@
 #version 330 core
 // Shading (Purcell et al. 2002, the last of their four kernels). Write the light that each hit reflects
-// from one light and from the surroundings, and the shadow ray towards the light. The light is a point
-// light (without falloff) or a point on an emitting triangle. This pass is drawn once for each light; only
-// the first draw adds unshadowed light.
+// from one light source and from the surroundings, and the shadow ray towards the source. A source is a
+// point light (without falloff) or a point on an emitting triangle. This pass is drawn once per source;
+// only the first draw adds unshadowed light.
 
 #include "core/fetch.glsl"
 #include "core/precision.glsl"

@@ -1,6 +1,6 @@
 // Computes the pixel, the sample and the random numbers of the path at a texel. A wave is the set of paths
 // traced at once: a block of texels for each pixel, a texel for each sample. If live paths were packed side
-// by side (PACKED), the stream `came_from` holds, for each path, its texel in the wave before packing.
+// by side (PACKED), the stream `came_from` holds the texel of each path before the packing.
 
 #include "render/random.glsl"
 #ifdef SOBOL
@@ -13,7 +13,7 @@ uniform int first_sample;
 uniform int samples;    // samples in total; texels behind the last sample hold no path
 uniform int seed;
 
-// The path's pixel in the whole picture. It selects the random numbers, whichever region is drawn.
+// The path's pixel in the whole picture. Random numbers depend on this pixel, not on the drawn region.
 ivec2 walk_pixel(ivec2 texel) {
     return corner + texel / block;
 }
@@ -23,7 +23,7 @@ int walk_sample(ivec2 texel) {
     return first_sample + place.y * block.x + place.x;
 }
 
-// The four random numbers of an event of the path: block 0 for the continuation, block 1 for the light
+// The four random numbers of an event of the path. `which` is 0 for the continuation, 1 for the light
 // sample. The first two numbers make choices, and the last two are a position. Vertex 0 is the eye.
 vec4 walk_random(ivec2 texel, int vertex, uint which) {
 #ifdef PACKED

@@ -8,12 +8,12 @@
 //   `eta` bounds the error of a projected corner, both here and in the test. It covers the rounding of the
 //   corner's position relative to the eye, of the ray's direction, and of the shear.
 //   `beyond` bounds the distance at which a ray may pass outside a short edge and still be accepted,
-//   because the edge function is rounded. The distance is 2^-23 of the square of the longest edge, divided
-//   by the length of the short edge. The test also rejects rays outside the triangle's bounding box, which
-//   limits the distance to a few lengths of the short edge.
+//   because the edge function is rounded. The distance is 2^-23 times the square of the longest edge,
+//   divided by the length of the short edge. The test also rejects rays outside the triangle's bounding
+//   box, which limits the distance to a few lengths of the short edge.
 // A triangle is `cut` if a corner is less than `nearest` deep. Such a corner has no place in the image or
-// an inexact one, so the edges of a cut triangle become planes through the eye. Their error is the rounding
-// of products of two corners in the test, and grows with the product of the two corners' distances.
+// an inexact one, so the edges of a cut triangle become planes through the eye. The planes' error is the
+// rounding of products of two corners in the test, and grows with the product of the corners' distances.
 //
 // The depth of a hit is the depth of the triangle's plane, clamped to the range of the corners' depths, so
 // the hit's depth is never less than `depth`. The depth of the plane is 1 / (slope . ray). `slope_off`

@@ -25,7 +25,7 @@ vec3 edge_heights(vec3 a, vec3 b, float sign, float size, vec3 d[4], float longe
                 MARGIN * size * length(edge) * longest);
 }
 
-// Whether all three corners lie beyond the side, through the directions d and e, of the tile's pyramid.
+// Whether all three corners lie outside the tile's pyramid, beyond its side through the directions d and e.
 bool beyond(vec3 d, vec3 e, float size) {
     vec3 side = cross(d, e);
     vec3 inside = vec3(dot(side, corner_a), dot(side, corner_b), dot(side, corner_c));
@@ -48,8 +48,8 @@ void main() {
     float turn = MARGIN * size * (length(ab) + length(ac));   // the error of the normal
     float height = dot(normal, corner_a);                     // height of the eye over the plane
     bool closes = false;
-    // The four calls go round the tile's corners, in the sense of a rotation from `right` to `-up` (see
-    // eye_direction). In `beyond`, the cross product then points into the pyramid.
+    // The four calls of `beyond` go round the tile's corners, in the direction from `right` to `-up` (see
+    // eye_direction). The cross product in `beyond` then points into the pyramid.
     if (beyond(d[0], d[1], size) || beyond(d[1], d[3], size) || beyond(d[3], d[2], size)
             || beyond(d[2], d[0], size)) {
         discard;

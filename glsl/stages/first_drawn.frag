@@ -1,5 +1,5 @@
 #version 330 core
-// Writes the row of the triangle that the depth test finds nearest: a candidate for the hit.
+// Writes the table row of the triangle that the depth test finds nearest: a candidate for the hit.
 
 flat in float drawn;
 

@@ -1,6 +1,6 @@
 #version 330 core
-// Gathers the eye rays for which the rasteriser's hit is in doubt. Texels behind the last ray get an empty
-// ray.
+// Gathers the eye rays for which the rasteriser's hit is in doubt. Texels after the last ray get an empty
+// interval.
 
 #include "core/precision.glsl"
 #include <streams>

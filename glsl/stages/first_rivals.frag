@@ -76,7 +76,7 @@ bool may_be(Edges edges, vec2 place, float around) {
                  + around * (abs(edges.x) + abs(edges.y))) >= 0.0;
 }
 
-// The first and the last x that the edges enclose in a row; the first is larger if there is none.
+// The first and the last x that the edges enclose in a row; the first is larger if they enclose none.
 vec2 enclosed(Edges edges, vec3 inverse_x, float y) {
     vec3 rest = edges.y * y + edges.constant;
     vec3 end = -rest * inverse_x;

@@ -1,6 +1,6 @@
 #version 330 core
 // Entry points of packets: Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005
-// (survey, section 4.2). One fragment per tile of rays walks the tree with a beam, which bounds rays. The
+// (survey, section 4.2). One fragment per tile of rays walks the tree with a beam, a bound of the rays. The
 // fragment writes the node at which the tile's packets begin their walk.
 //
 // Departures: if the rays share an origin and the bounds of each tile's directions are known (BOUNDED), the
@@ -9,8 +9,8 @@
 // beam may miss rays, so a packet begins at the entry only if an exact comparison shows that its rays lie
 // within the beam (drivers/packet_entry.glsl). In the paper, the entry is the deepest node that holds every
 // leaf that the beam meets. Here the entry is the first node into which the beam does not descend: a leaf,
-// or a node at which the beam's rays would part. With BOUNDED, no packet is traced in a tile whose beam
-// meets nothing (drivers/packet_tiles.vert).
+// or a node at which fewer than about half of the beam's rays would go on. With BOUNDED, no packet is
+// traced in a tile whose beam meets nothing (drivers/packet_tiles.vert).
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Copies the state, hit and counters of a sorted ray.
+// Copies a sorted ray's state, hit and counters back (sort_scatter.vert).
 
 #include "core/precision.glsl"
 #include <streams>

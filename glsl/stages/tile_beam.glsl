@@ -14,7 +14,7 @@ bool is_mixed(int signs) {
     return (signs & signs >> 3 & 7) != 0;
 }
 
-// The octant of the directions. All directions must have this octant.
+// The octant of the directions. All directions must lie in one octant.
 int octant_of(int signs) {
     return signs & 7;
 }
@@ -57,7 +57,7 @@ bool is_met(Beam_interval interval) {
     return !(interval.outer.x > interval.outer.y);
 }
 
-// Whether about half of the beam's rays or more meet the box, by the mean of `outer` and `core`.
+// Estimate, from the mean of `outer` and `core`, whether at least half of the beam's rays meet the box.
 bool by_most(Beam_interval interval) {
     return interval.core.x + interval.outer.x <= interval.core.y + interval.outer.y;
 }

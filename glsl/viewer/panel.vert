@@ -1,5 +1,5 @@
 #version 330 core
-// Place the triangles of panels, graphs and picture in window units; (0, 0) is the upper left corner.
+// Moves vertices of panels, graphs and picture from window units, (0, 0) at the upper left, to clip space.
 
 in vec2 position;
 in vec2 place;      // texture coordinates in [0, 1]

@@ -1,6 +1,6 @@
 #version 330 core
-// Shows the hits in the browser: the surfaces lit from the eye, or the steps of each ray. With surfaces, a
-// ray without a final hit has the colour of the kernel for which it waits; its phase names this kernel.
+// Shows the hits in the browser: the surfaces lit from the eye, or the steps of each ray. Among
+// surfaces, an unfinished ray has the colour of the kernel that it waits for: the kernel of its phase.
 
 uniform sampler2D hits;         // t, u, v, triangle
 uniform sampler2D surfaces;     // normal, and 8 bits each of red, green and blue as one number

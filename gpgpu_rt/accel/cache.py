@@ -91,7 +91,7 @@ def cache_files() -> Iterator[list[Path]]:
 
 
 def give_cache(files: Mapping[str, bytes]) -> None:
-    """Add another machine's cache files, given as name -> content, that are missing here."""
+    """Write another machine's cache files (name -> content), except files that exist here."""
     folder = cache_folder()
     for name, content in files.items():
         if folder is None:
@@ -124,7 +124,7 @@ def cache_folder() -> Path | None:
 
 @contextlib.contextmanager
 def _tolerated(folder: Path) -> Iterator[None]:
-    """Warn, instead of raising an error, if this context cannot write into the folder."""
+    """Warn, instead of raising an error, if the body of ``with`` cannot write into the folder."""
     try:
         yield
     except OSError as failure:

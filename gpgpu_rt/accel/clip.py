@@ -1,4 +1,4 @@
-"""Clip: computes the bounds of the part of a triangle inside a box.
+"""Clip: bounds the part of a triangle that lies inside a box.
 
 The method is "split clipping" (V. Havran, J. Bittner, "On improving kd-trees for ray shooting",
 WSCG 2002), which Wald and Havran (2006) call "perfect splits". Havran and Bittner cut the triangle
@@ -47,7 +47,7 @@ def _clip(v: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> tuple[np.ndarray, np
     out_hi = np.full_like(hi, -np.inf)
     for i in range(3):
         _add_edge(v[i], edges[i], lo, hi, out_lo, out_hi)
-    # (lower or upper, axis, box): whether an edge of this box face pierces the triangle.
+    # touched[lower or upper, axis, box]: whether an edge of this box face pierces the triangle.
     touched = np.zeros((2, *lo.shape), bool)
     for axis in range(3):
         _add_box_edges(v, edges, axis, lo, hi, out_lo, out_hi, touched)
@@ -88,8 +88,8 @@ def _add_box_edges(v: np.ndarray, edges: np.ndarray, a: int, lo: np.ndarray, hi:
     for j in range(2):
         for k in range(2):
             x = rise_b[j] - rise_c[k]
-            # The box's edge pierces the triangle if it passes all three edges of the triangle on
-            # the same side.
+            # The box's edge pierces the triangle if all three edges of the triangle pass the box's
+            # edge on the same side.
             pierced = (side_c[k] >= side_b[j]).all(axis=0) | (side_c[k] <= side_b[j]).all(axis=0)
             pierced &= (x >= lo[a]) & (x <= hi[a])      # false if normal_a is 0: x is not finite
             x = np.where(pierced, x, np.nan)

@@ -1,4 +1,4 @@
-"""Morton codes: interleave the bits of two or three coordinates, so neighbours stay close."""
+"""Morton codes: interleave the bits of two or three coordinates; near points get near codes."""
 from __future__ import annotations
 
 import numpy as np

@@ -9,7 +9,7 @@ def quantise(lo: np.ndarray, hi: np.ndarray, base: np.ndarray, top: np.ndarray,
     """Quantise boxes to integers of ``bits`` bits; the decoded boxes contain the given boxes.
 
     The kernels decode a bound as ``base + q * quantum`` and round both operations to float32. If a
-    decoded bound would lie inside the given box, its q is moved outwards by 1.
+    decoded bound would lie inside the given box, the bound's q is moved outwards by 1.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ LEAF = 3     # this value as a node's axis marks a leaf, in trees that store sib
 
 def is_sound(structure: Any, triangles: int) -> bool:
     """Return what the structure's own method ``is_sound`` says: whether a builder could have made
-    it from ``triangles`` triangles. Without such a method, return true."""
+    the structure from ``triangles`` triangles. Without such a method, return true."""
     check = getattr(structure, "is_sound", None)
     return check is None or check(triangles)
 

@@ -77,7 +77,7 @@ def depth_first_pairs(inner: list[np.ndarray], size: np.ndarray, left: np.ndarra
 def kept_nodes(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray, count: np.ndarray,
                most: int) -> np.ndarray:
     """Return (n,) bool, the nodes to keep so that at most ``most`` nodes remain. The subtrees with
-    the fewest entries become leaves.
+    the fewest entries (triangles) become leaves.
 
     Parameters
     ----------

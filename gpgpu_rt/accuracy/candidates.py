@@ -11,7 +11,7 @@ from typing import Any
 from ..methods import find_method
 from ..options import TRACER_OPTIONS, Option
 
-# These knobs change the hits. Options with `relaxed` values, which may lose hits, do so too. Other
+# These knobs change the hits. So do options with `relaxed` values, which may lose hits. Other
 # knobs change only time and memory: on the software renderer, the hits stay the same to the bit.
 _ACCURACY = ("precision", "storage", "rounding", "intersection", "interval")
 # `_is_knob` excludes these options. Statistics and the context do not change a trace. The knob

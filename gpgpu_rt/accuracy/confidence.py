@@ -17,7 +17,7 @@ def lower_confidence(faults: int, rays: int, confidence: float = LEVEL) -> float
     """
     if faults < 1:
         return 0.0
-    k = np.arange(faults)           # all numbers below ``faults``
+    k = np.arange(faults)           # the probabilities of fewer faults are summed
     choices = np.concatenate(([0.0], np.cumsum(np.log((rays - k[1:] + 1) / k[1:]))))
     low, high = 0.0, faults / rays
     for _ in range(60):

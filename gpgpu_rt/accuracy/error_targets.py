@@ -67,11 +67,11 @@ class Promise:
         """Return the searches of `tune`: name -> (bounds, kind of rays for timing; None for all
         kinds).
 
-        If ``kinds`` contains eye rays and random rays, the result has an entry for ``COHERENT``
-        rays, timed on eye rays, and an entry for ``INCOHERENT`` rays, timed on random rays. Both
-        include rays aimed at vertices and edges. Otherwise the result has a single entry ``ALL``,
-        timed on all kinds. A bound on bytes also gives the single entry, because two methods would
-        hold two structures in memory.
+        If ``kinds`` contains eye rays and random rays, the result has two entries: ``COHERENT``,
+        timed on eye rays, and ``INCOHERENT``, timed on random rays. Both entries include rays
+        aimed at vertices and edges. Otherwise the result has a single entry ``ALL``, timed on all
+        kinds. A bound on bytes also gives the single entry, because two methods would hold two
+        structures in memory.
         """
         if self.max_bytes is not None or not set(OWN_KIND.values()) <= set(self.kinds):
             return {ALL: (self, None)}

@@ -2,10 +2,10 @@
 
 An answer is right if the watertight test could have given it, within the bounds of its rounding
 errors (`error_bounds`). A hit is right if the ray possibly hits the answer's triangle, the error
-of t is within its bound, and no other triangle is certainly hit at a nearer t. "Nearer" means that
-the intervals of the two t with their errors are disjoint. A miss is right if no triangle is
-certainly hit. At an edge or a vertex no triangle is certainly hit, so a ray through it may miss;
-`leaks` finds such a ray that escaped from a closed mesh.
+of t is within its bound, and no other triangle is certainly hit at a nearer t. A t is nearer only
+if the error intervals of the two t are disjoint. A miss is right if no triangle is certainly hit.
+No triangle is certainly hit at an edge or a vertex, so a ray aimed there may miss; `leaks` finds
+such rays that escaped from a closed mesh.
 """
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def judge(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, 
     Parameters
     ----------
     scene_or_triangles, origins, directions, t_min, t_max : the traced scene and rays, as for
-        `reference.trace`; an invalid ray is right if it is a miss with the status INVALID
+        `reference.trace`; the right answer for an invalid ray is a miss with the status INVALID
     hits : the answers, in the order of the rays
     reference : the result of `reference.trace` for the same rays; computed if None
 
@@ -127,7 +127,7 @@ def judge(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, 
 
 
 def leaks(reference_hits: Hits, hits: Hits) -> np.ndarray:
-    """Return whether a ray misses where the reference hits, (n,) bool.
+    """Return whether each ray misses although the reference hits, (n,) bool.
 
     None of the triangles at an edge or a vertex is certainly hit, so `judge` accepts a miss of a
     ray aimed there. But even such a ray must not escape from the inside of a closed mesh.
@@ -229,7 +229,7 @@ class _PairTests:
         return bound_pairs(self.vertices[triangles], self.origins[rays], self.directions[rays])
 
     def _certain(self, rays: np.ndarray, triangles: np.ndarray, last: np.ndarray) -> np.ndarray:
-        """Return which pairs are certain hits with t plus its error bound below ``last``; (k,)
+        """Return which pairs are certain hits whose t plus error bound is below ``last``; (k,)
         bool."""
         pair = self._pairs(rays, triangles)
         return (pair.inside & self.solid[triangles] & (pair.t - pair.t_bound >= self.t_min[rays])
@@ -238,8 +238,8 @@ class _PairTests:
     def _certain_before(self, rays: np.ndarray, last: np.ndarray, reference: Hits) -> np.ndarray:
         """Return whether each ray certainly hits a triangle before ``last``, (k,) bool.
 
-        Test the reference's triangle first. If a ray does not certainly hit it, test all triangles
-        that the exact ray meets before ``last``; these include every certain hit.
+        Test the reference's triangle first. If a ray does not certainly hit this triangle, test
+        all triangles that the exact ray meets before ``last``: they include every certain hit.
 
         Parameters
         ----------

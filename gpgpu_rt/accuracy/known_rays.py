@@ -115,10 +115,10 @@ class KnownRays:
     Attributes
     ----------
     origins, directions : (count, 3) float32
-    truth : Hits in float64, computed at the first use
-    shape : (h, w) of the image if all rays are eye rays and fill a square of at most FLIGHT
-        pixels; else None
-    parts : the slice of the rays of each kind
+    truth : Hits in float64, computed at the first use.
+    shape : The image's (h, w) if all rays are eye rays and fill a square of at most FLIGHT
+        pixels. Otherwise None.
+    parts : The slice of the rays of each kind.
     """
 
     def __init__(self, scene: Scene, count: int, seed: int,
@@ -213,10 +213,10 @@ class KnownRays:
         ring hit nearer than the answer.
 
         The ring must be wider than the rounding errors of float32. The watertight test shears the
-        vertices; a sheared coordinate is the difference of two terms. Slopes are at most 1, so
-        each term is at most M, the largest |vertex - origin|. A term has at most 5 roundings. The
-        edge functions add 3 roundings. Across the ray, the error is below 16 u M, where u is the
-        unit roundoff. The radius of the ring is twice this bound.
+        vertices; a sheared coordinate is the difference of two terms. The shear's slopes are at
+        most 1, so each term is at most M, the largest |vertex - origin|. A term has at most 5
+        roundings. The edge functions add 3 roundings. So the error across the ray is below 16 u M,
+        where u is the unit roundoff. The radius of the ring is twice this bound.
         """
         past = np.zeros(len(hits), bool)
         left = np.flatnonzero(self.truth.hit & (hits.triangle != self.truth.triangle)
@@ -265,7 +265,7 @@ def check_kinds(kinds: Sequence[str]) -> None:
 
 
 def bytes_in_flight(tracer: Tracer, rays: int = FLIGHT) -> int:
-    """Estimate the texture bytes with ``rays`` rays in flight from the tracer's last call."""
+    """Estimate the texture bytes for ``rays`` rays in flight by scaling the tracer's last call."""
     tables = sum(tracer.statistics.table_bytes.values())
     texels = max(1, tracer.statistics.rays)
     return tables + round((tracer.statistics.texture_bytes - tables) * rays / texels)

@@ -1,4 +1,4 @@
-"""Measure the errors of methods and precisions against the float64 reference, and their costs."""
+"""Measure the costs of methods and precisions, and their errors against the float64 reference."""
 from __future__ import annotations
 
 import functools
@@ -207,8 +207,8 @@ def _flip_evaluator() -> Any:
 
 
 def _flip(reference: np.ndarray, picture: np.ndarray) -> float | None:
-    """Return the mean FLIP, a measure of visible differences (Andersson et al. 2020), of two sRGB
-    pictures at the default viewing distance; None if the package is not installed."""
+    """Return the mean FLIP of two sRGB pictures at the default viewing distance; None without the
+    package. FLIP measures visible differences (Andersson et al. 2020)."""
     evaluator = _flip_evaluator()
     if evaluator is None:
         return None

@@ -4,20 +4,20 @@ A candidate is a method with values for its knobs, the options that the search m
 search has four stages:
 
 1. Time every method with its default options on a few rays. Far slower methods are tried last.
-2. On each method that is not far slower, try the speed knobs one after another and keep the best
+2. For each method that is not far slower, try the speed knobs one after another and keep the best
    few candidates (beam search). Speed knobs do not change the hits.
 3. Combine the best candidates with the options that change the accuracy. Drop a combination if its
    errors on some thousand rays already exceed the bounds. Time the faster half of the remaining
    candidates on more and more rays (successive halving).
 4. Test the candidates in order of speed, each on at least as many rays as the proof needs. Confirm
-   the result on as many new rays, because the rays that selected a candidate favour it.
+   the winner on as many new rays, because the rays that selected a candidate favour it.
 
 By default the search runs twice: for coherent rays, timed on eye rays, and for incoherent rays,
-timed on random rays. A tracer picks one of the two results according to its rays. With a bound on
-bytes, without eye rays or without random rays, the search runs once (`Promise.split`). Two
-assumptions let the search skip most combinations. A candidate that is slower at default accuracy
-is slower at any accuracy. If a value of an option exceeds the error bounds while all other
-accuracy options have their defaults, every combination with this value exceeds the bounds.
+timed on random rays. A tracer picks one of the two results according to its rays. The search runs
+once if the promise bounds the bytes, or lacks eye rays or random rays (`Promise.split`). Two
+assumptions let the search skip most combinations. First, a candidate that is slower at default
+accuracy is slower at any accuracy. Second, if a value of an option exceeds the error bounds while
+all other accuracy options have their defaults, every combination with this value exceeds them.
 """
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from .tuning_results import Search, Trial, Tuning
 # Numbers of rays for the first timing, for most timings, and for the last timing: square numbers,
 # so that the rays fill square textures.
 PROBE, SCREEN, FIELD = 1 << 10, 1 << 14, 1 << 16
-FAR_BEHIND = 4.0      # a method this many times slower than the fastest, on PROBE rays: tried last
+FAR_BEHIND = 4.0      # a method this many times slower than the fastest on PROBE rays comes last
 BEHIND = 2.0          # a candidate this many times slower than the fastest is tried later
 BEAM = 2              # candidates of a method that are kept after each knob
 WAVE = 4              # candidates that are judged together
@@ -60,14 +60,14 @@ def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
     Parameters
     ----------
     scene : Scene
-    promise : the bounds
-    rays : number of rays for the proof, and number of new rays for the confirmation; raised if it
-        is too small for the proof
-    seed : seed of all rays
-    budget : seconds for all searches together, half of them for speed options. After this time the
-        tuner tries no new candidate and proves the fastest known candidates
-    names : methods to try; None for all methods
-    report : called with each line about progress
+    promise : The bounds.
+    rays : Number of rays for the proof, and of new rays for the confirmation. The number is raised
+        if it is too small for the proof.
+    seed : Seed of all rays.
+    budget : Seconds for all searches together, half of them for speed options. After this time the
+        tuner tries no new candidate and proves the fastest known candidates.
+    names : Methods to try; None for all methods.
+    report : Function that is called with each line about progress.
     """
     chosen = [row.name for row in methods()] if names is None else list(names)
     for name in chosen:
@@ -311,8 +311,8 @@ class _Searcher:
             return None
 
     def _find(self, trial: Trial, known: KnownRays) -> Finding | None:
-        """Return the errors of a trial's candidate on known rays; None if it cannot run. Answers
-        with the same bits, which are frequent, are judged only once.
+        """Return the errors of a trial's candidate on known rays; None if the candidate cannot
+        run. Answers with the same bits, which are frequent, are judged only once.
         """
         tracer = self._open(trial)
         if tracer is None:

@@ -46,8 +46,8 @@ class Trial:
         return other.rates[max(common)] / self.rates[max(common)] if common else None
 
     def compare(self, chosen: Trial) -> None:
-        """Set the outcome of this trial, which has no proof, to "slower", unless it was faster
-        than the chosen trial."""
+        """Set the outcome of this trial to "slower", unless it was faster than the chosen trial.
+        The errors of this trial are not proven to keep the bounds."""
         slower = self.times_slower(chosen)
         if slower is not None and slower < 1:
             self.note = self.note or f"{1 / slower:.2f} times faster where both were timed"
@@ -74,7 +74,7 @@ class Search:
     ----------
     rays_of : "coherent", "incoherent", or "all" if there is one choice for all rays
     promise : the bounds for the rays of ``rays_of``
-    rays : number of rays of each proof
+    rays : number of rays that prove a candidate's bounds
     seed : seed of all rays
     notes : remarks on the search
     trials : all trials, the fastest on ``SCREEN`` rays first

@@ -1,4 +1,4 @@
-"""The chart of the bench: a bar for the rate of each entry in every race. Needs matplotlib."""
+"""Draws the bench's chart: a bar for the rate of each entry in every race. Needs matplotlib."""
 from __future__ import annotations
 
 import statistics

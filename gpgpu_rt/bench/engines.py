@@ -21,11 +21,11 @@ from ..threads import cores
 from . import embree_in_c
 from .workloads import Workload
 
-# Traces all rays. Returns (n,) int, each ray's triangle or -1. With `any_hit`, returns (n,) bool.
+# Traces all rays. Returns (n,) int, triangles or -1; with `any_hit`, (n,) bool, whether rays hit.
 Run = Callable[[], np.ndarray]
 CORES = cores()
-# trimesh's own engine gets blocks of this many rays. It tests all triangles near a ray's line,
-# tens of thousands in a room, and holds the tests of a whole block in memory at once.
+# trimesh's own engine gets blocks of this many rays. The engine tests all triangles near a ray's
+# line, tens of thousands in a room, and holds all tests of a block in memory at once.
 BLOCK = 32
 
 
@@ -35,17 +35,17 @@ class Engine:
 
     Attributes
     ----------
-    name : the name in tables
-    modules : the Python modules that the engine needs
-    prepare : a function of (scene, rays) that builds the engine's structure and returns a function
-        that traces the rays
-    most : a slow engine traces only this number of rays, spread evenly over all rays; None for all
-    ends : whether the engine accepts rays with an end, such as shadow rays
-    threads : number of threads
-    tile : (width, height) in pixels of the image's tiles; the engine gets the rays tile by tile
-    robust : whether the engine promises that no ray leaks at an edge or vertex
-    absent : a function that returns the reason why the engine cannot run, or ""; None to look for
-        the modules
+    name : The name in tables.
+    modules : The Python modules that the engine needs.
+    prepare : Function of (scene, rays) that builds the engine's structure and returns a function
+        that traces the rays.
+    most : A slow engine traces only this number of rays, spread evenly over all rays; None: all.
+    ends : Whether the engine accepts rays with an end, such as shadow rays.
+    threads : Number of threads.
+    tile : Pixels (width, height) of the image's tiles. The engine gets the rays tile by tile.
+    robust : Whether the engine promises that no ray leaks at an edge or vertex.
+    absent : Function that returns the reason why the engine cannot run, or "". None to look for
+        the modules.
     """
 
     name: str

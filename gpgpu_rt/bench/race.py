@@ -20,8 +20,8 @@ from ..tracer import Tracer
 from .engines import EMBREE, ENGINES, Engine
 from .workloads import Workload, load, told, workload
 
-# Times are uncertain if the slowest run took more than this many times as long as the fastest;
-# without certain times of embreex, there is no verdict.
+# Times are uncertain if the slowest run took more than this many times as long as the fastest. If
+# embreex's times are uncertain, there is no verdict.
 NOISY = 1.5
 WORK = ("nodes_visited", "leaves_visited", "triangles_tested")      # the counters of `Entry.work`
 

@@ -29,7 +29,7 @@ _BEFORE_LIGHT = np.float32(1 - 12 * FLOAT32.unit)
 
 @dataclass(frozen=True)
 class Workload:
-    """The rays of an image, row by row, or of some of its pixels; NaN marks a pixel without a ray.
+    """The rays of all or some pixels of an image, row by row; NaN marks a pixel without a ray.
 
     Attributes
     ----------
@@ -49,8 +49,8 @@ class Workload:
 
     @functools.cached_property
     def has_ray(self) -> np.ndarray:
-        """(n,) bool, whether each pixel has a ray. A tracer treats other pixels as misses; engines
-        (engines.py) are given only pixels with a ray."""
+        """(n,) bool, whether each pixel has a ray. A tracer treats other pixels as misses; the
+        other engines (engines.py) get only pixels with a ray."""
         return ((np.isfinite(self.origins) & np.isfinite(self.directions)).all(axis=1)
                 & self.directions.any(axis=1))
 
@@ -82,7 +82,7 @@ class Workload:
                         None if self.t_max is None else self.t_max[live], self.any_hit)
 
     def part(self, pixels: np.ndarray) -> Workload:
-        """Return the rays of a part of the image; ``pixels`` are their indices, (h, w) int."""
+        """Return the rays of the image's part with the indices ``pixels``, (h, w) int."""
         chosen = pixels.reshape(-1)
         return Workload(self.origins[chosen], self.directions[chosen], self.size,
                         None if self.t_max is None else self.t_max[chosen], self.any_hit,

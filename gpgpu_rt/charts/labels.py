@@ -10,7 +10,7 @@ from typing import Any
 _DISTANCES = (5, 12, 20, 30, 42, 56, 72, 90)
 _ANGLES = (0, 180, 60, -60, 120, -120, 90, -90, 30, -30, 150, -150)
 _PADDING = 1.5       # space around a label in points
-_LEADER = 8        # a line joins a farther label to its point
+_LEADER = 8        # a label at a larger distance gets a line to its point
 
 Box = tuple[float, float, float, float]
 

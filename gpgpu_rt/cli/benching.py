@@ -113,9 +113,8 @@ def _first_words() -> list[str]:
 
 
 def _engines(words: Sequence[str] | None) -> Sequence[Engine]:
-    """Return the engines whose names begin with one of ``words``, ignoring case; all for None,
-    none for "none". Raise OptionError for a word that begins no name, or only names of engines
-    that cannot run."""
+    """Return the engines whose names begin with one of ``words``, ignoring case: all engines for
+    None, no engine for "none". Raise OptionError if a word fits no engine that can run."""
     if words is None:
         return ENGINES
     if words == [NONE]:

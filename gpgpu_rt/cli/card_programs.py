@@ -1,4 +1,4 @@
-"""``gpgpu-rt program METHOD --card CARD``: print the kernels as a card's compiler made them."""
+"""``gpgpu-rt program METHOD --card CARD``: print the programs that a card's compiler made."""
 from __future__ import annotations
 
 from typing import Any
@@ -10,7 +10,7 @@ from ..hardware.static_costs import (
     StaticCost, compiled_costs, era_programs, packet_methods, static_cost
 )
 
-# Rows: an attribute of StaticCost, its label, and the attribute of Card that limits it ("": none).
+# Each row: an attribute of StaticCost, its label, and the attribute of Card that limits it, or "".
 _ROWS = (("arithmetic", "arithmetic instructions", ""),
          ("slots", "instruction slots", "arithmetic_slots"),
          ("vector", "  vector operations", ""), ("scalar", "  scalar operations", ""),
@@ -22,7 +22,7 @@ _ROWS = (("arithmetic", "arithmetic instructions", ""),
 
 def card_costs(method: str, card: str, options: dict[str, Any], only: str | None = None
                ) -> list[StaticCost]:
-    """Return the costs of a method's kernels on a card, or of the kernel named ``only``.
+    """Return the cost of each kernel of a method on a card, or only of the kernel named ``only``.
 
     Raises
     ------
@@ -38,7 +38,7 @@ def card_costs(method: str, card: str, options: dict[str, Any], only: str | None
 
 
 def card_text(costs: list[StaticCost], listing: bool = True) -> str:
-    """Return the kernels' costs as text; with ``listing``, also their compiled programs."""
+    """Return the kernels' costs as text; with ``listing``, add the compiled programs."""
     first = costs[0]
     chip = next((card for card in cards() if card.chip.lower() == first.card), None)
     made = compiled_costs(first.card)

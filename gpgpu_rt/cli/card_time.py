@@ -14,11 +14,11 @@ CardTime = tuple[dict[str, Any], list[str]]
 
 @contextmanager
 def watched_for_card(tracer: Tracer) -> Iterator[Callable[[], CardTime]]:
-    """Yield a function to call after the block. It predicts the time of the block's traversal on
-    the card of the option ``era``, as a dict for JSON and as lines.
+    """Yield a function to call after the block. The function predicts the time of the block's
+    traversal on the card of the option ``era``, as a dict for JSON and as lines.
 
-    The dict for JSON has ``card``, ``seconds`` and ``parts`` (seconds by name), or the reason
-    ``no_prediction``.
+    The dict has ``card``, ``seconds`` and ``parts`` (seconds by name), or only ``no_prediction``
+    (the reason).
     """
     with era_timed(tracer) as seen:
         yield lambda: _with_lines(_time_on_card(seen), tracer)

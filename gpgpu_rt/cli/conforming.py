@@ -111,7 +111,7 @@ def _tell(rows: list[Row], missing: dict[str, str], chosen: argparse.Namespace) 
 
 
 def _specs(chosen: argparse.Namespace) -> tuple[list[Spec], dict[str, str]]:
-    """Return the methods and engines to run, and known engine -> why it cannot run."""
+    """Return the methods and engines to run; and, by name, why other known engines cannot run."""
     missing: dict[str, str] = {}
     named = [word for word in chosen.engine if word != NONE]
     given = bool(named or chosen.program)

@@ -1,7 +1,7 @@
 """``gpgpu-rt render --floor``: put a floor below the scene, on which the scene's shadow falls.
 
 There is no floor by default. So the printed counts and times describe the given scene, its saved
-settings and cached trees can be used, and the picture equals that of ``Tracer.render``.
+settings and cached trees can be used, and ``Tracer.render`` draws the same picture.
 """
 from __future__ import annotations
 

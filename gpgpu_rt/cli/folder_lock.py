@@ -18,7 +18,7 @@ class FolderLock:
     Parameters
     ----------
     folder : the folder, created if it is missing
-    purpose : the output that the folder is for, named in error messages
+    purpose : the output that needs the folder; error messages name the output
 
     Raises
     ------

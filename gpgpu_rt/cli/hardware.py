@@ -10,7 +10,7 @@ from ..hardware.cards import Card, Refusal, cards
 from ..hardware.methods_on_cards import ERA, era_refusals, era_texels, method_needs, refusals
 from .shared import Command, print_json, print_table, say
 
-SCENE = "cornell"   # the tables depend on the scene; the programs hardly do
+SCENE = "cornell"   # tables depend on the scene; programs hardly do
 WIDTH = 100         # columns of wrapped text, about the width of the table of methods
 NOTE = ("The rows `era` judge the kernels as the papers had them (docs/era.md), by the counts of "
         "Mesa's compilers for the cards. The other rows judge today's programs by their render "
@@ -72,8 +72,8 @@ def _print_methods(found: Sequence[Card],
                    refused: Mapping[str, Mapping[tuple[str, str], list[Refusal]]],
                    scene: str) -> None:
     """Print a row per method and schedule. A card's cell names the first limit of the card that
-    the programs exceed. Without such a limit, the cell is "yes" for an era form, and "-" for
-    today's programs, whose instructions are not compared."""
+    the programs exceed. Without such a limit, the cell is "yes" for an era form (docs/era.md), and
+    "-" for today's programs: their instructions are not compared."""
     def word(card: Card, pair: tuple[str, str]) -> str:
         reasons = refused[card.name][pair]
         return reasons[0].limit if reasons else "yes" if pair[1] == ERA else "-"

@@ -1,6 +1,6 @@
-"""Help: the help of a command in three lengths.
+"""Help: composes the help of a command in three lengths.
 
-``--help`` prints the options that everybody uses: it leaves out the group `Parser.rare`, and each
+``--help`` prints the options that everybody uses: it omits the group `Parser.rare`, and each
 method option that is not marked ``common`` (``options.py``). ``-m METHOD --help`` prints the
 options of a method, and ``--help-all`` prints every option.
 """
@@ -20,7 +20,7 @@ Section = tuple[str | None, list[argparse.Action]]      # a title, and the optio
 
 
 def variants(owners: Iterable[tuple[str, Sequence[Option]]]) -> Variants:
-    """Return the options of each name with their owners."""
+    """Return name -> options with this name -> their owners."""
     found: Variants = {}
     for owner, options in owners:
         for option in options:
@@ -38,7 +38,7 @@ class OwnedOptions:
     owned : the name and the options of each owner
     words : the words before an owner's name, such as -m; empty if the owner's name is an argument
         of the command
-    everywhere : an owner whose options apply to all other owners, and which the user cannot name;
+    everywhere : an owner that the user cannot name, and whose options apply to all other owners;
         "" if there is none
     unowned : names that may follow ``words`` although they own no options, such as auto
     table : name -> the options with this name, each with its owners

@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def import_command(arguments: Sequence[str]) -> None:
-    """Import the module of the command that the arguments name, or of every command.
+    """Import the module of the command that the arguments name; without a name, all modules.
 
     ``__main__.py`` calls this function first, because an interrupt is handled differently during
     these imports (``interrupts.py``).
@@ -46,7 +46,7 @@ def import_command(arguments: Sequence[str]) -> None:
 def _main(arguments: Sequence[str] | None) -> int:
     print_any_name()
     try:
-        # The methods come first, because they declare most of the options.
+        # Load the methods first, because methods declare most of the options.
         arguments = _take_methods(sys.argv[1:] if arguments is None else arguments)
         if not arguments:
             command_parser().print_help()

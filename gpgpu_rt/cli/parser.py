@@ -1,4 +1,4 @@
-"""Parser: an argument parser that reports a mistake in one line (its help: help.py)."""
+"""Parser: an argument parser that reports a mistake in one line (help.py prints its help)."""
 from __future__ import annotations
 
 import argparse
@@ -45,7 +45,7 @@ class Parser(argparse.ArgumentParser):
         return self._rare
 
     def own(self, options: OwnedOptions) -> None:
-        """Let the help list options of methods or integrators. The caller also declares each
+        """Add options of methods or integrators to the help. The caller also declares each
         option as an argument."""
         if not self.owned:
             self.add_argument("--help-all", action=_HelpAll, nargs=0, default=argparse.SUPPRESS,

@@ -1,4 +1,4 @@
-"""Progress: shows a bar if tqdm is there, in a terminal or a notebook; else prints lines."""
+"""Progress: shows a bar in a terminal or a notebook if tqdm is installed; else prints lines."""
 from __future__ import annotations
 
 import contextlib

@@ -22,7 +22,7 @@ Command = Callable[[str, Callable[[argparse.Namespace], None], str], Parser]
 
 NONE = "none"       # the word for no method or no engine
 _WORD = re.compile(r"--[a-z-]+")
-_PLACE = re.compile(r"-[\d.][^,]*,.*")     # a list of numbers with a minus sign in front
+_PLACE = re.compile(r"-[\d.][^,]*,.*")     # numbers of which the first is negative: -1,0,2
 
 
 def all_owners() -> list[tuple[str, Sequence[Option]]]:
@@ -132,8 +132,8 @@ def spelled_out(arguments: Sequence[str], switches: Collection[str]) -> list[str
 
 
 def given_options(chosen: argparse.Namespace) -> dict[str, Any]:
-    """Return name -> value of the options that the user gave, of any method. If several options
-    share a name, the first option that accepts the text parses the text."""
+    """Return name -> value of all options that the user gave. If several methods' options share
+    a name, the first option that accepts the text parses the text."""
     table = all_options()
     words = {name: getattr(chosen, "option_" + name) for name in table}
     return {name: _read(list(table[name]), text) for name, text in words.items()

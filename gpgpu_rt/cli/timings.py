@@ -43,7 +43,7 @@ class Timings:
 
 
 def since_start() -> float:
-    """Return the seconds since this process started; without /proc, its processor time."""
+    """Return the seconds since this process started; without /proc, the process's CPU time."""
     try:
         fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
         started = int(fields[19]) / os.sysconf("SC_CLK_TCK")    # 19: field 22 of proc(5)

@@ -127,7 +127,7 @@ def _render(chosen: argparse.Namespace) -> None:
 
 def _watched_for_card(tracer: Tracer) -> AbstractContextManager[
         Callable[[], tuple[dict[str, Any], list[str]]]]:
-    """Return `watched_for_card` for the option ``era``, else a context without time and lines."""
+    """Return `watched_for_card` under the option ``era``, else a context that measures nothing."""
     if not tracer.options["era"]:
         return nullcontext(lambda: ({}, []))
     # Import the model of the cards only here: most pictures do not need it.

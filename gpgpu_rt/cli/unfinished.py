@@ -22,7 +22,7 @@ RECORD = "parts.json"
 
 def follows_from(method: str, options: Mapping[str, Any], renderer: str,
                  drawing: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings that determine a part (a film's frame or a picture's tile) of a scene.
+    """Return the settings that determine a part of an output: a film's frame or a picture's tile.
 
     The caller adds the scene's digest. ``options`` include the defaults; ``drawing`` holds the
     arguments of ``Tracer.render``.
@@ -45,7 +45,7 @@ class Unfinished:
     Raises
     ------
     Error
-        if the folder holds parts of other settings, cannot be created, or is locked
+        if the folder holds parts drawn with other settings, cannot be created, or is locked
     """
 
     def __init__(self, output: Path, count: int, settings: Mapping[str, Any], resume: bool,

@@ -1,8 +1,8 @@
 """Engines: calls the ray tracers that people install, all through the type `Trace`.
 
 Every engine is optional, and is imported only in the process that runs it. A wrapper is an engine
-that calls another engine of this table. A wrong answer is the wrapper's own error if the wrapped
-engine is tested too, and answers the ray correctly.
+that calls another engine of this table. A wrapper's wrong answer is its own error if the wrapped
+engine is also tested and gives the right answer for the ray.
 """
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from . import warp_kernel
 from .answers import EngineAnswers, Trace, of_distances
 from .case import Case
 
-NEGATIVE = "negative t_min"     # which Embree does not accept
+NEGATIVE = "negative t_min"     # Embree does not accept a negative t_min
 ALL_T = (NEGATIVE, "t_min", "t_max")
 
 
@@ -34,7 +34,7 @@ class Adapter:
     wraps : the engine that this engine calls, or ""
     ends : the members of ALL_T that the engine accepts: "t_min" for a t_min other than 0, "t_max"
         for a finite t_max, NEGATIVE for a negative t_min
-    most : the largest number of rays of a family, for a slow engine
+    most : the largest number of rays per family that a slow engine traces
     """
 
     name: str

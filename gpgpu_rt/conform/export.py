@@ -74,7 +74,7 @@ def export(folder: Path, names: Iterable[str], rays: int, seed: int) -> Iterator
     Parameters
     ----------
     folder : an existing folder
-    names : families
+    names : names of families
     rays, seed : the number of rays of each family (at most `Family.most`), and the seed
     """
     families: list[dict[str, Any]] = []

@@ -1,7 +1,7 @@
-"""Families: scenes with rays that ray tracers get wrong, each with its row in docs/extremes.md.
+"""Families: make scenes and rays for which ray tracers may give wrong hits.
 
-The family's name, a number of rays and a seed determine a case. `gpgpu-rt conform` gives the cases
-to engines; the tests and the figure `extremes` give them to the methods.
+A family belongs to a row of docs/extremes.md. Its name, a number of rays and a seed determine a
+case. `gpgpu-rt conform` tests engines by cases; pytest and the figure `extremes` test methods.
 """
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ def _(n: int, seed: int) -> Case:
 
 
 def square_case(quads: int, n: int, seed: int) -> Case:
-    """Return a square with rays from a point in front of it, half to vertices and half to random
-    points."""
+    """Return a square with rays from a point in front of it. Half of the rays go to vertices, and
+    half to random points."""
     rng = np.random.default_rng(seed)
     triangles = square(quads)
     inner = triangles.reshape(-1, 3)
@@ -251,7 +251,7 @@ def _(n: int, seed: int) -> Case:
         x = 4.0 * (k - 1)
         for z in (np.float32(1), np.float32(1) + k * np.float32(2.0**-23)):
             triangles.append([[x - 1, -1, z], [x + 1, -1, z], [x, 2, z]])
-    order = rng.permutation(16)    # in only some pairs, the nearer plane has the lower index
+    order = rng.permutation(16)    # the nearer plane has the lower index in some pairs only
     x = 4.0 * rng.integers(8, size=n)
     origins = np.column_stack([x + between(rng, -0.2, 0.2, n), between(rng, -0.2, 0.2, n),
                                chosen(rng, [0.0, 1.5], n)])

@@ -7,17 +7,17 @@ from .case import Case, family
 from .draws import between, chosen, directions
 from .shapes import aims_at, bumpy_sphere, lattice
 
-# An end of an interval is the hit's t times one of these factors.
+# An end of an interval is the hit's t multiplied by one of these factors.
 FACTORS = (0.5, 1 - 2.0 ** -10, 1 - 2.0 ** -24, 1.0, 1 + 2.0 ** -23, 1 + 2.0 ** -10, 2.0)
 
 
 @family("intervals", 42, "intervals of t that begin or end at a hit on a lattice, or next to it")
 def _(n: int, seed: int) -> Case:
-    """Rays run along an axis through the insides of triangles; float32 holds each hit's t."""
+    """Rays run along an axis through insides of triangles; float32 holds each hit's t exactly."""
     rng = np.random.default_rng(seed)
     axis = rng.integers(3, size=n)
     side = chosen(rng, [-1.0, 1.0], n)
-    # The walls lie at multiples of 1/8; the rays avoid the diagonals of the squares.
+    # The lattice's planes lie at multiples of 1/8; rays avoid the diagonals of the squares.
     across = (2 * rng.integers(0, 4, (n, 3)) + 0.5) / 8 + between(rng, -0.01, 0.03, (n, 3))
     along = np.eye(3)[axis]
     origins = np.where(along == 1, np.where(side > 0, -0.5, 1.5)[:, None], across)

@@ -25,7 +25,7 @@ def write_page(rows: Sequence[Row], missing: Mapping[str, str], path: str) -> No
 
     Parameters
     ----------
-    missing : engine -> why it was not run
+    missing : engine -> the reason why the engine was not run
     """
     with replacing(path) as file:
         file.write_text(page(rows, missing), encoding="utf-8")

@@ -18,7 +18,7 @@ from .spec import Spec
 
 START_SECONDS = 120
 SECONDS = 300       # an engine that needs more time for a case counts as crashed
-MOST_WORDS = 300    # bytes shown of an engine's last error text
+MOST_WORDS = 300    # number of bytes shown of an engine's last error text
 NO_ANSWER = "no answer"
 
 

@@ -1,4 +1,4 @@
-"""Shapes: makes the families' scenes and rays, with the same bits on every machine."""
+"""Shapes: makes scenes and rays for families.py, with the same bits on every machine."""
 from __future__ import annotations
 
 import numpy as np
@@ -46,7 +46,7 @@ def box(cells: int = 1) -> np.ndarray:
 
 def tube(sections: int, height: float) -> np.ndarray:
     """Return a closed tube of radius 1 along z, (4 sections, 3, 3) float64. The triangles of its
-    wall are as long as the tube; two fans close it. ``sections`` is a multiple of 4.
+    wall are as long as the tube; two fans close the tube. ``sections`` is a multiple of 4.
 
     The points (1 - s^2, 2 s) / (1 + s^2) form a quarter of the circle.
     """

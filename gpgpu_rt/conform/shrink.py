@@ -66,8 +66,8 @@ class Minimal:
 
 
 def minimal_cases(spec: Spec, known: Known, runner: Runner) -> list[Minimal]:
-    """Return a minimal case for each kind of wrong answer that an engine gives in a family. A kind
-    is left out if none of its first three rays shows the fault alone."""
+    """Return a minimal case for each kind of wrong answer that an engine gives in a family. The
+    list omits a kind if none of its first three rays, traced alone, shows the fault."""
     part = slice(0, spec.engine.most)
     try:
         answers, _ = runner.trace(spec, known.case.part(part))
@@ -89,7 +89,7 @@ def minimal_cases(spec: Spec, known: Known, runner: Runner) -> list[Minimal]:
 
 
 def shrink(case: Case, fails: Callable[[Case], bool]) -> Case:
-    """Return a smaller case that still fails: fewer triangles, then numbers of fewer bits.
+    """Return a smaller case that still fails: fewer triangles, then numbers with fewer bits.
 
     The function tries to remove each half of the triangles, then each quarter, and so on (Zeller
     and Hildebrandt, "Simplifying and Isolating Failure-Inducing Input", IEEE Transactions on

@@ -93,7 +93,7 @@ class Spec:
                        ends=() if self.kind == FUNCTION else ALL_T)
 
     def load(self) -> Trace:
-        """Import the engine, method or function, and return its function case -> answers."""
+        """Import the engine, method or function; return a function from a case to its answers."""
         if self.kind == ENGINE:
             return ENGINES[self.name].prepare()
         if self.kind == METHOD:

@@ -170,7 +170,7 @@ def _row(runner: Runner, spec: Spec, known: Known, wrong: dict[str, np.ndarray],
 
     Parameters
     ----------
-    wrong : the wrong rays of the engines that answered before
+    wrong : engine -> its wrong rays, for the engines that answered before
     idle : engine -> the reason why the engine does not run any more
     """
     engine, none = spec.engine, dict.fromkeys(KINDS, 0)

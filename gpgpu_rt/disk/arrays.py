@@ -72,7 +72,7 @@ def reason(failure: BaseException, what: str) -> str:
 
 
 def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
-    # Other compressions decode a whole block at once, of unlimited size.
+    # Other compressions decode whole blocks, and a block can have any size.
     if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise ValueError(f"{info.filename}: a compression that NumPy does not write")
     with archive.open(info) as file:
@@ -80,7 +80,7 @@ def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
 
 
 def _array(file: BinaryIO | IO[bytes], size: int) -> np.ndarray:
-    """Return a file's array; raise ValueError if it declares more than ``size`` bytes."""
+    """Return a file's array; raise ValueError if its header declares more than ``size`` bytes."""
     version = np.lib.format.read_magic(file)
     if version not in _HEADERS:
         raise ValueError(f"version {version} of NumPy's format is not read")

@@ -70,7 +70,7 @@ def is_own(there: os.stat_result) -> bool:
 
 
 def open_lock(path: Path) -> IO[bytes]:
-    """Open a file to lock, created if missing; refuse a link or a FIFO.
+    """Open a lock file; create it if missing; refuse a link or a FIFO.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""AngleLoader: an OpenGL ES context of ANGLE, which draws by SwiftShader on the processor.
+"""AngleLoader: an OpenGL ES context of ANGLE, which draws with SwiftShader on the CPU.
 
 ANGLE, the OpenGL of Chromium, has its own GLSL compiler, and SwiftShader its own code generator.
 Neither shares code with Mesa, so equal hits on ANGLE and on Mesa are evidence from two independent
@@ -44,7 +44,7 @@ GL_EXTENSIONS = 0x1F03
 class AngleLoader:
     """An ANGLE context with the interface of moderngl's loaders.
 
-    Its surface has 1 x 1 pixels, because all draws go to framebuffers.
+    The context's surface has 1 x 1 pixels, because all draws go to framebuffers.
 
     Raises
     ------

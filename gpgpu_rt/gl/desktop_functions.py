@@ -1,4 +1,4 @@
-"""DesktopFunctions: gives moderngl, on OpenGL ES 3.1, the OpenGL 3.3 functions that it calls."""
+"""DesktopFunctions: supplies the OpenGL 3.3 functions that moderngl calls, on OpenGL ES 3.1."""
 from __future__ import annotations
 
 import ctypes
@@ -14,9 +14,9 @@ RENAMED = {**{f"gl{name}": f"gl{name}OES" for name in INDEXED},
            "glGetTexImage": "glGetTexImageANGLE", "glPolygonMode": "glPolygonModeANGLE",
            "glProvokingVertex": "glProvokingVertexANGLE"}
 # ES has no names for PROGRAM_POINT_SIZE, TEXTURE_CUBE_MAP_SEAMLESS, PRIMITIVE_RESTART and
-# MULTISAMPLE. ES lacks PRIMITIVE_RESTART, and always enables the other three.
+# MULTISAMPLE. ES lacks PRIMITIVE_RESTART, and always does what the others enable.
 NO_CAPABILITIES = (0x8642, 0x884F, 0x8F9D, 0x809D)
-# The range of point sizes: its name in OpenGL, and in ES, which does not smooth points.
+# The name of the range of point sizes in OpenGL, and its name in ES.
 GL_POINT_SIZE_RANGE, GL_ALIASED_POINT_SIZE_RANGE = 0x0B12, 0x846D
 # ES never clamps floats that are read from a float framebuffer.
 WITHOUT_EFFECT = ("glClampColor",)
@@ -28,20 +28,20 @@ UINT, INT, POINTER, FLOAT, DOUBLE = (
 
 
 class DesktopFunctions:
-    """Finds addresses of functions. The object must live as long as the context.
+    """Returns addresses of OpenGL functions. The object must live as long as the context.
 
     A stub replaces a function that ES lacks. The stub sets the error GL_INVALID_OPERATION, or does
     nothing for `WITHOUT_EFFECT`. An exception in this class sets GL_INVALID_OPERATION, too.
 
     Parameters
     ----------
-    address_of : name -> address of a function of ES, or 0. The context must be current
+    address_of : returns the address of the ES function by name, or 0; needs the current context
     """
 
     def __init__(self, address_of: Callable[[str], int]) -> None:
         self._address_of = address_of
         self._failed = False
-        # Callbacks by name. ctypes frees a callback without a reference.
+        # Callbacks by name. ctypes frees a callback that nothing refers to.
         self._kept: dict[str, Any] = {}
         enable, disable = (self._es(name, None, UINT) for name in ("glEnable", "glDisable"))
         clear_depth = self._es("glClearDepthf", None, FLOAT)

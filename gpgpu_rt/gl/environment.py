@@ -41,7 +41,7 @@ class RunEnvironment:
 
 
 def environment(gpu: Gpu | None = None) -> RunEnvironment:
-    """Return this process's environment with the context ``gpu``, by default ``open_gpu()``."""
+    """Return the environment of this process and of ``gpu``, by default ``open_gpu()``."""
     gpu, facts = gpu or open_gpu(), processors()
     return RunEnvironment(
         __version__, commit(), platform.python_version(),
@@ -64,7 +64,7 @@ def commit() -> str | None:
 
 
 def processors() -> list[dict[str, str]]:
-    """Return /proc/cpuinfo, a dict per logical processor; empty without this file."""
+    """Return /proc/cpuinfo as a dict per logical processor; [] if the file does not exist."""
     try:
         text = Path("/proc/cpuinfo").read_text()
     except OSError:

@@ -19,7 +19,7 @@ precision highp usampler2D;
 #define PRECISE
 
 """
-# In a compiled text, the lines after #version enable the extension and define PRECISE. A printed
+# In a compiled text, the lines after #version enable an extension and define PRECISE. A printed
 # text defines no PRECISE, and a later line enables the extension.
 _VERSION = re.compile(r"\A#version 330 core\n(?:#extension .*?#endif\n)?", re.S)
 _EXTENSION = re.compile(r"^#extension .*\n", re.M)
@@ -61,7 +61,7 @@ def es_text(text: str) -> str:
 def _without_joined_names(text: str) -> str:
     macros = {name: ([one.strip() for one in names.split(",")], body)
               for name, names, body in _MACRO.findall(text)}
-    # A macro such as EACH_TARGET calls the macro whose name is its argument.
+    # A macro such as EACH_TARGET calls its argument, which is the name of another macro.
     callers = {name: (names, body) for name, (names, body) in macros.items()
                if any(re.search(rf"\b{one}\(", body) for one in names)}
     joining = {name: macro for name, macro in macros.items() if "##" in macro[1]}

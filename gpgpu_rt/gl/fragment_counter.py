@@ -1,8 +1,8 @@
-"""FragmentCounter: occlusion queries that count fragments, on OpenGL ES.
+"""FragmentCounter: makes occlusion queries of OpenGL ES count fragments.
 
 An occlusion query of ES says only whether a fragment passed. So, inside a query, each fragment
 adds 1 to its texel of an extra render target (`angle_text.py` adds this output). The depth test
-and `discard` apply to the target, so the sum of its texels is OpenGL 3.3's count.
+and `discard` apply to this target, so the sum of its texels is OpenGL 3.3's count.
 
 A draw into 8 render targets leaves no target for the count. For such a draw, all pixels of the
 viewport are counted, because programs of 8 targets are full-screen passes that discard nothing.
@@ -30,7 +30,7 @@ UINT, INT, POINTER = ctypes.c_uint, ctypes.c_int, ctypes.c_void_p
 
 
 class FragmentCounter:
-    """Replacements for OpenGL's functions for queries and draws.
+    """Replaces OpenGL's functions for queries and draws.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ class FragmentCounter:
                      texture, 0)
 
     def _prepare(self) -> None:
-        """Fit the texture to the viewport. Clear it at a query's first draw."""
+        """Fit the texture to the viewport. Clear the texture at a query's first draw."""
         x, y, width, height = self._integers(GL_VIEWPORT, 4)
         wanted = x + width, y + height
         if wanted != self._size:

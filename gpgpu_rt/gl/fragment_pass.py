@@ -57,8 +57,8 @@ class FragmentPass:
         self.program.extra = None   # the program's values are out of date
 
     def covered(self, size: tuple[int, int]) -> np.ndarray | None:
-        """Return the texels that the last draw covered before the depth test, (n, 2) int, x and y,
-        on a target of the (width, height) ``size``; None if the pass cannot tell."""
+        """Return the texels (x, y) that the last draw covered before the depth test, (n, 2) int;
+        None if the pass cannot tell. ``size`` is the target's (width, height)."""
         return None
 
     def issue(self, geometry: moderngl.VertexArray, target: Drawable,

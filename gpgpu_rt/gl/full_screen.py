@@ -52,7 +52,7 @@ class FullScreenPass(FragmentPass):
         self._area = self._whole, 1     # rectangles and unit of the last draw
 
     def covered(self, size: tuple[int, int]) -> np.ndarray:
-        """Return the texels of the last draw, as ``FragmentPass.covered``; never None."""
+        """Return the texels of the last draw, like ``FragmentPass.covered``, but never None."""
         rectangles, unit = self._area
         width, height = size
         edges = np.zeros((height + 1, width + 1), np.int64)
@@ -95,7 +95,7 @@ class FullScreenPass(FragmentPass):
     def count(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
               statistics: Statistics, depth: float = 0.0,
               rectangles: Rectangles | None = None) -> int:
-        """Draw, and return the number of drawn texels, from an occlusion query."""
+        """Draw, and return the number of drawn texels that an occlusion query counts."""
         query = self.gpu.query()
         with query:
             self.draw(target, textures, depth, rectangles)

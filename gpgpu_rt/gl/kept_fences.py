@@ -12,7 +12,7 @@ from collections import deque
 
 import moderngl
 
-# These queries suffice for all scenes: llvmpipe has at most 64 scenes at a time, and a scene has a
+# 512 queries suffice for all scenes: llvmpipe has at most 64 scenes at a time, and a scene has a
 # few calls of `keep`. If a scene used a query twice, llvmpipe would wait for the scene.
 KEPT = 512
 
@@ -20,14 +20,14 @@ KEPT = 512
 class KeptFences:
     """Keeps the fences of the last scenes, if the renderer is llvmpipe.
 
-    A query keeps a reference to the fence of the scene in which it ended, until it ends again. So
-    `keep` ends a query in every scene, and uses the queries in turns.
+    A query keeps a reference to the fence of the scene in which the query last ended. So `keep`
+    ends a query in every scene, and uses the queries in turn.
     """
 
     def __init__(self, context: moderngl.Context, renderer: str) -> None:
         self._queries: deque[moderngl.Query] = deque()
         if renderer.startswith("llvmpipe"):
-            # Count primitives, because these queries run within occlusion queries.
+            # Count primitives: an occlusion query cannot run within an occlusion query.
             self._queries.extend(context.query(primitives=True) for _ in range(KEPT))
 
     def keep(self) -> None:

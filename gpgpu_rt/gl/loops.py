@@ -29,7 +29,7 @@ def without_do(text: str) -> str:
 
 
 def _closed(text: str, start: int) -> int:
-    """Return the place behind the bracket that closes the bracket before ``start``."""
+    """Return the position after the bracket that closes the bracket just before ``start``."""
     depth = 1
     for bracket in _BRACKET.finditer(text, start):
         if bracket[0][0] != "/":

@@ -36,10 +36,10 @@ class ObservedPass:
     texts : The compiled (vertex, fragment) texts.
     uniforms : Values by name.
     inputs : Textures by sampler name.
-    target : The Target that was drawn into, or a framebuffer without Target.
+    target : The Target that was drawn into, or the framebuffer if it has no Target.
     outputs : The textures that were drawn into.
     program : The linked program.
-    draws : Number of draw calls, above 1 if the renderer cannot number all vertices in a call.
+    draws : Number of draw calls, above 1 if one call has too many vertices for the renderer.
     """
 
     number: int
@@ -84,7 +84,7 @@ class Observer:
         """Receive a drawn pass, whose textures still hold its inputs and outputs."""
 
     def moved(self, up: int, down: int) -> None:
-        """Receive the bytes of an upload or a readback."""
+        """Receive the number of bytes of an upload or a readback."""
 
     def queried(self) -> None:
         """Note that the host made an occlusion query."""
@@ -140,18 +140,18 @@ class Observers:
             self._telling = False
 
     def moved(self, up: int, down: int) -> None:
-        """Report the bytes of an upload or a readback to the observers."""
+        """Report the number of bytes of an upload or a readback to the observers."""
         for observer in self.all if self else ():
             observer.moved(up, down)
 
     def begin_query(self) -> None:
-        """Begin an occlusion query of the host. Observers receive its passes at its end."""
+        """Begin an occlusion query of the host. At its end, observers receive its passes."""
         self._waiting = []
         for observer in self.all:
             observer.queried()
 
     def end_query(self, query: OcclusionQuery) -> None:
-        """End an occlusion query of the host. Its count belongs to its last pass."""
+        """End an occlusion query of the host. The count belongs to the query's last pass."""
         waiting, self._waiting = self._waiting or [], None
         for at, one in enumerate(waiting):
             if one._count is not None and at == len(waiting) - 1:

@@ -21,15 +21,15 @@ AT_ONCE = 64    # largest number of queries in flight
 
 @dataclass
 class PassWork:
-    """The total work of a program's draws under a name.
+    """The total work of a program's draws.
 
     Attributes
     ----------
     name : the kernel or the file of the program
     texts : the (vertex, fragment) texts
     draws, fragments : number of draws and of fragments
-    streams_read : bytes that fragments read from streams, if each fragment reads one texel of each
-        stream texture
+    streams_read : bytes that fragments read from streams, on the assumption that each fragment
+        reads one texel of each stream texture
     tables : names of the sampled tables. ``gpgpu_rt.hardware`` counts the fetches
     texel_bytes : sampler -> bytes of a texel of the sampled texture
     written : bytes written to render targets

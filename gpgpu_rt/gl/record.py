@@ -5,7 +5,7 @@ stream. A declaration lists fields texel by texel: ``"v0:vec3 index:int | v1:vec
 Types are float (the default), vec2, vec3, vec4, int, ivec3 and ivec4. Integers are stored as
 floats, exact from -2^24 to 2^24.
 
-All other fields are geometric: the option ``storage`` sets their format, unless the record has
+Other fields are geometric: the option ``storage`` sets their format, unless the record has
 ``full_precision``. Under fp16, geometric fields have their own texels, in half float textures.
 """
 from __future__ import annotations
@@ -86,12 +86,12 @@ class Record:
     name : Name of the record, and prefix of its accessors in GLSL.
     layout : Declaration of the fields.
     storage : Format of the geometric fields. Set by ``stored``.
-    half_texels : Number of texels in half float textures, which come first. Set by ``stored``.
+    half_texels : Number of texels, from the first on, in half float textures. Set by ``stored``.
     uniform_texels : Texels that are the same for all of a stream's records. Programs read these
         from uniforms. Texel 0 of ``rays`` sets the define RAYS_TEXEL_0_UNIFORM.
-    define : GLSL define of a stream, which distinguishes records of the same name with different
-        fields.
-    constants : Names and values of integers with a special meaning in fields, defined in GLSL.
+    define : GLSL define that distinguishes a stream's record from records of the same name with
+        other fields.
+    constants : Special values of integer fields, as (name, value); GLSL gets them as defines.
     full_precision : Whether geometric fields stay float32 under every ``storage``.
     is_apart : Whether each texel of a table's records has its own texture. Set by ``apart``.
     """

@@ -13,13 +13,13 @@ from .textures import release
 
 
 class RowPass(FragmentPass):
-    """Draws ``vertices`` vertices for each integer, or row of integers, of a list.
+    """Draws ``vertices`` vertices for each item of a list: an integer or a row of integers.
 
     Parameters
     ----------
     vertex, fragment : files under ``glsl/``
     attribute : name of the integer or integer vector in the vertex program
-    vertices : vertices per integer: 1 for points, other numbers for triangles
+    vertices : vertices per item: 1 for points, other numbers for triangles
     """
 
     def __init__(self, gpu: Gpu, vertex: str, fragment: str, attribute: str, vertices: int,

@@ -2,13 +2,13 @@
 
 ANGLE translates `a ? b : c`, `a && b` and `a || b` into a branch, unless b and c are plain names
 or constants. Each branch in a loop doubles the time and memory that SwiftShader needs for the
-loop: its search for back edges (`Spirv::Function::ExistsPath`) queues a block for each path to the
-block. In a function, arguments are plain names, so `picked_value(a, b, c)` makes no branch.
+loop: the search for back edges (`Spirv::Function::ExistsPath`) queues a block for each path to the
+block. Within `picked_value(a, b, c)`, arguments are plain names, so a call makes no branch.
 
-A selection is rewritten only if both values can always be computed: they assign nothing, and call
-no function with an effect or a loop. The index of an array element must be a function's parameter:
-to such a parameter, programs pass only the number of a ray or an axis, and this number lies inside
-the array.
+A selection (such an expression) is rewritten only if both values can always be computed: they
+assign nothing, and call no function with an effect or a loop. The index of an array element must
+be a function's parameter: to such a parameter, programs pass only the number of a ray or an axis,
+and this number lies inside the array.
 """
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 _VALUES = ("float", "int", "uint", "bool")
 TYPES = (*_VALUES, *(f"{kind}vec{size}" for kind in ("", "i", "u", "b") for size in (2, 3, 4)))
-# In one line, so that lines keep their numbers.
+# In one line, so that the program's other lines keep their numbers.
 FUNCTIONS = " ".join(
     [f"{kind} picked_value(bool a, {kind} b, {kind} c) {{ return a ? b : c; }}" for kind in TYPES]
     + ["bool both_hold(bool a, bool b) { return a && b; }",

@@ -52,8 +52,8 @@ class Source:
 
     Attributes
     ----------
-    runs : runs of consecutive lines of a file: (number of lines of the text before the run, file,
-        first line in the file, number of lines)
+    runs : runs of consecutive lines of a file, each as (number of lines of the text before the
+        run, file, first line in the file, number of lines)
     """
 
     text: str

@@ -29,8 +29,8 @@ class Target:
     records : a Record, or several Records in the order of the render targets
     size : (width, height) in texels
     depth : a depth buffer of the same size. Draws are tested against it, but do not write it
-    borrowed : name -> textures of another object, which also releases them. The record of this
-        name uses these textures. Without such a record, the textures are further targets
+    borrowed : name -> textures of another object, which also releases the textures. The record of
+        this name uses these textures. Without such a record, the textures are further targets
 
     Attributes
     ----------

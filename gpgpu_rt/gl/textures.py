@@ -15,7 +15,7 @@ from .precision import Precision
 from .record import TABLE_WIDTH_LOG2, Plane, Record, check_count
 
 TABLE_WIDTH = 1 << TABLE_WIDTH_LOG2
-# Number of records to pack together. They fill whole rows, however many texels a record has.
+# Number of records to pack at once. Their texels fill whole rows, for any record size.
 RECORDS_AT_ONCE = 32 * TABLE_WIDTH
 
 
@@ -33,7 +33,7 @@ def make_texture(gpu: Gpu, size: tuple[int, int], components: int, what: str,
     Raises
     ------
     LimitError
-        if the texture exceeds the renderer's limit, or for lack of memory
+        if the texture exceeds the renderer's limit, or if memory is short
     """
     gpu.check_size(*size, what)
     try:
@@ -51,12 +51,12 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
                    arrays: Mapping[str, np.ndarray | Column], precision: Precision | None = None,
                    into: Mapping[str, moderngl.Texture] | None = None
                    ) -> dict[str, moderngl.Texture]:
-    """Return the textures of a table of records, in rows of TABLE_WIDTH texels.
+    """Return the textures of a table of records. A row has TABLE_WIDTH texels.
 
     Parameters
     ----------
     arrays : field name -> array
-    precision : the format of geometric fields; None if they are rounded already
+    precision : the format of geometric fields; None if the fields are rounded already
     into : an older version of this table. Textures that fit are reused; others are released
 
     Returns
@@ -72,7 +72,7 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
     textures = {f"{record.name}{plane.suffix}_table": _room(gpu, record.name, count, plane,
                                                             into or {})
                 for plane in record.planes}
-    # Pack by slices: a table is several times as large as its source.
+    # Pack slice by slice: a packed table is several times as large as its arrays.
     for start in range(0, max(count, 1), RECORDS_AT_ONCE):
         part = {name: values[start:start + RECORDS_AT_ONCE] for name, values in arrays.items()}
         packed = record.pack(**(precision.stored_fields(record, part) if precision else part))
@@ -130,7 +130,7 @@ def _write_rows(texture: moderngl.Texture, row: int, texels: np.ndarray, dtype: 
 
 
 def stream_textures(gpu: Gpu, record: Record, size: tuple[int, int]) -> list[moderngl.Texture]:
-    """Return the textures of a stream record, one per texel; ``size`` is (width, height)."""
+    """Return a texture for each texel of a stream's record; ``size`` is (width, height)."""
     return [make_texture(gpu, size, 4, f"a {record.name} texture of {size[0] * size[1]:,} rays",
                          dtype=record.plane_of(texel).dtype)
             for texel in range(record.texels)]
@@ -149,7 +149,7 @@ def read_texels(texture: moderngl.Texture, first: int, count: int) -> np.ndarray
 
     Parameters
     ----------
-    first : index of the first texel, in rows of TABLE_WIDTH texels
+    first : index of the first texel, counted along rows of TABLE_WIDTH texels
     """
     kind = np.uint32 if texture.dtype == "u4" else np.float32
     if texture.ctx.extra.is_es:     # ES cannot read every format through a framebuffer
@@ -184,7 +184,7 @@ def vector_texture(gpu: Gpu, vectors: np.ndarray, what: str) -> moderngl.Texture
 
 
 def note_moved(texture: moderngl.Texture, up: int = 0, down: int = 0) -> None:
-    """Report uploaded and read back bytes to the context's observers."""
+    """Tell the context's observers how many bytes were uploaded and read back."""
     texture.ctx.extra.note_moved(up, down)
 
 

@@ -6,8 +6,8 @@ The modules compute the time of a program on a card, step by step:
 * ``static_costs``: The instructions of each kernel, from Mesa's compiler for the card. The GLSL
   text cannot show them: the compiler merges fetches and removes unused code.
 * ``trace``: The kernel that each ray runs in each step, recorded from real passes.
-* ``issue``: How often a group of pixels that branch together issues a kernel, and how many wait.
-  Counters in shaders cannot show how long a ray waits for its neighbours.
+* ``issue``: How often a group of pixels that branch together issues a kernel, and how many of its
+  pixels wait. Counters in shaders cannot show how long a ray waits for its neighbours.
 * ``machine_model``: Predicts seconds from these counts, with no fitted constant.
 * ``era_time``: The predicted time of passes in the era form (docs/era.md), for ``render --era``.
 * ``published_kernels``: The instruction counts that papers printed.

@@ -1,4 +1,4 @@
-"""Era packet time: predicts how long a card with loops would take for packets that ran here.
+"""Era packet time: predicts how long a card that runs loops would take for packets traced here.
 
 One pass runs the whole loop over packets, so passes do not show how often each kernel of the loop
 ran. Therefore the pass's rays are traced again, step by step.
@@ -79,7 +79,7 @@ class PacketRays(Observer):
 def _sampled(side: int, packet: int, group: int) -> np.ndarray:
     """Return which rows (or columns) of an image are traced again.
 
-    Trace a small image whole. Divide the axis of a large image into TILES parts, and trace a tile
+    Trace all of a small image. Divide the axis of a large image into TILES parts, and trace a tile
     in the middle of each part. A tile holds whole groups. The packets of a group branch together.
     """
     tile = -(-TILE // group) * group * packet

@@ -25,7 +25,7 @@ class EraTime:
     ----------
     tracer : the tracer, with the option ``era``
     log : the passes
-    packets : keeps the rays of packet passes
+    packets : the observer that keeps the rays of packet passes
     """
 
     tracer: Tracer

@@ -33,12 +33,12 @@ class KernelIssues:
 
     Attributes
     ----------
-    kernels : names
-    runs : runs that rays need, summed over rays
-    lanes : lanes that the issues occupy, idle lanes included. A lane is a pixel of a group
-    iterations : iterations of the outer loop, summed over lanes; 0 for passes
-    passes : number of passes that the host draws; empty for a loop
-    queries : number of the host's occlusion queries; 0 for a loop
+    kernels : Names.
+    runs : Runs that rays need, summed over rays.
+    lanes : Lanes that the issues occupy, idle lanes included. A lane is a pixel of a group.
+    iterations : Iterations of the outer loop, summed over lanes; 0 for passes.
+    passes : Number of passes that the host draws; empty for a loop.
+    queries : Number of the host's occlusion queries; 0 for a loop.
     """
 
     kernels: tuple[str, ...]
@@ -140,9 +140,9 @@ def issued_in_passes(trace: KernelTrace, choice: int = PASSES_A_CHOICE,
                      block: tuple[int, int] = QUAD) -> KernelIssues:
     """Return the issues of the schedule ``kernels``, which runs one kernel per pass.
 
-    One occlusion query per kernel counts the rays that wait for it. The host then draws
-    ``choice`` passes of the kernel with the most waiting rays. The early depth test rejects a
-    ``block`` of (h, w) pixels if none of its rays waited for this kernel during the queries.
+    For each kernel, an occlusion query counts the waiting rays. The host then draws ``choice``
+    passes of the kernel with the most waiting rays. The early depth test rejects a ``block`` of
+    (h, w) pixels if none of its rays waited for this kernel during the queries.
     """
     count = len(trace.kernels)
     steps = in_groups(trace.steps, block)

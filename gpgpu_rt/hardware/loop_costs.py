@@ -1,4 +1,4 @@
-"""Loop costs: what a run of a kernel costs in a loop, according to Mesa's compiler for a card."""
+"""Loop costs: computes the cost of a kernel's run in a loop, from Mesa's compiler for a card."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ class LoopCost:
 
     Attributes
     ----------
-    instructions : arithmetic instructions as the card issues them
+    instructions : number of arithmetic instructions that the card issues
     fetches : texels of tables
     levels : levels of texture indirection. A fetch is one level above the fetches on which its
         coordinates depend. The texels of a record are fetched together
@@ -52,8 +52,8 @@ def setup_slots(card: str, method: str, any_hit: bool = False, **options: Any) -
     """Return the instruction slots that a ray needs before and after the loop.
 
     Without packets, these are the slots of the kernel `init`. For packets, the whole loop was
-    compiled as one program. Its slots minus its kernels' slots are divided among the packet's
-    rays.
+    compiled as one program. This program's slots minus the kernels' slots are divided among the
+    packet's rays.
 
     Parameters
     ----------

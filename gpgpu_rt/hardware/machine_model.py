@@ -26,9 +26,9 @@ from .nv40_pairing import arithmetic_of, clocks
 from .static_costs import StaticCost, static_cost
 
 _LISTED, _OWN_FETCH = "nv40", re.compile(r"TEX \S+, IN\[")
-# On the 8800 GTX, an uncoalesced load of CUDA takes as long as this many bytes at the memory's
-# peak rate. Loads of 16, 8 and 4 bytes reach about a half, a quarter and a tenth of the peak (CUDA
-# Programming Guide 1.0, performance guidelines; quoted from memory).
+# On the 8800 GTX, an uncoalesced load of CUDA takes as long as a transfer of this many bytes at
+# the memory's peak rate. Loads of 16, 8 and 4 bytes reach about a half, a quarter and a tenth of
+# the peak (CUDA Programming Guide 1.0, performance guidelines; quoted from memory).
 UNCOALESCED_BYTES = 32.0
 SHARES = ("arithmetic", "texture", "bandwidth", "waiting lanes", "passes", "queries")
 
@@ -88,9 +88,9 @@ def stream_fetches(method: str, kernel: str, any_hit: bool = False, in_loop: boo
                    **options: Any) -> int:
     """Return how many fetches of a kernel read the ray, its state and its hit.
 
-    A loop does not make these fetches: it keeps ray, state and hit in registers. They are counted
-    in NV40's listing, where the coordinates of these fetches are the fragment's own. All compilers
-    keep them.
+    A loop does not make these fetches: it keeps ray, state and hit in registers. The fetches are
+    counted in NV40's listing, where their coordinates are the fragment's own. All compilers keep
+    these fetches.
     """
     cost = static_cost(_LISTED, method, kernel, any_hit, in_loop, **options)
     return len(_OWN_FETCH.findall(cost.listing))
@@ -166,8 +166,8 @@ def host_time(card: Card, queries: int, passes: int = 0, pixels: int = 0,
     time, the time of rejecting pixels by depth, and the time in which queries count rays.
 
     The depth test of a pass is for equality (traversal/schedules.py). Hierarchical depth buffers
-    do not support it, so the card tests each pixel. A query's pass fetches the state of each
-    pixel, and writes a depth that marks the rays waiting for a kernel (drivers/classify.frag). The
+    do not support this test, so the card tests each pixel. A query's pass fetches the state of
+    each pixel, and writes a depth that marks the rays waiting for a kernel (classify.frag). The
     early depth test rejects no pixel of this pass, because its program uses ``discard``.
     """
     rejected = passes * pixels / card.depth_rate

@@ -1,11 +1,11 @@
 """Machines: predicts the time per ray on machines with units for ray tracing, and on the Cell.
 
 Section 5 of Hachisuka's survey proposes such units; section 4.4 describes machines that were
-built. A unit executes a step of a ray, or of a packet, in a clock, without work for the shader.
-Shader, units and memory work in parallel, and the slowest decides. Memory traffic is the misses of
-a simulated cache of the machine's size (`local_store`). Nothing is fitted: each time is the work
-of traced rays, divided by the machine's peak rate. The model ignores the set-up of rays and the
-branches of loops.
+built. A unit executes a step of a ray, or of a packet, in one clock, without work for the shader.
+Shader, units and memory work in parallel, and the slowest decides. Misses of a simulated cache of
+the machine's size (`local_store`) give the memory traffic. Nothing is fitted: each time is the
+work of traced rays, divided by the machine's peak rate. The model ignores the set-up of rays and
+the branches of loops.
 
 A kernel's cost comes from the code of a card's compiler (`loop_costs`). For a machine without a
 compiler, ``compiler`` in ``machines.json`` names the card with the most similar instructions.
@@ -39,8 +39,8 @@ def machines() -> dict[str, Machine]:
 
 @dataclass(frozen=True)
 class Least:
-    """The least seconds per ray on each resource, at its peak rate. ``steps`` and ``tests`` are
-    units' times. The resources work in parallel, and ``waiting`` adds to the slowest."""
+    """The least time per ray, in seconds, on each resource at its peak rate. ``steps`` and
+    ``tests`` are units' times. The resources work in parallel; ``waiting`` adds to the slowest."""
 
     shader: float = 0.0
     steps: float = 0.0
@@ -89,15 +89,15 @@ def on_card(card: Card, work: Mapping[str, Any], costs: Mapping[str, LoopCost],
 
     Parameters
     ----------
-    card : the card
-    work : the work of ``count`` rays. ``runs`` maps a kernel to its runs. ``lanes`` maps a number
+    card : The card.
+    work : The work of ``count`` rays. ``runs`` maps a kernel to its runs. ``lanes`` maps a number
         of rays in a group, then a kernel, to the lanes that groups occupied. ``transfers`` maps a
-        cache to its misses; the key "8192 16 4" means a cache of 8192 bytes, lines of 16 bytes and
-        4 rays that fetch together
-    costs : each kernel's cost by the card's compiler
-    units : the units; None for a card without units
-    taken : the kernels that the units execute, as for `by_unit`
-    width : number of fragments that branch together; None for the card's own number
+        cache to its misses. The key "8192 16 4" means a cache of 8192 bytes with lines of 16
+        bytes, for 4 rays that fetch together.
+    costs : Each kernel's cost by the card's compiler.
+    units : The units; None for a card without units.
+    taken : The kernels that the units execute, as for `by_unit`.
+    width : Number of fragments that branch together; None for the card's own number.
     """
     texels = sum(count * costs[kernel].fetches for kernel, count in work["runs"].items()
                  if not by_unit(kernel, taken)) / work["count"]
@@ -117,9 +117,8 @@ def on_prototype(machine: Machine, work: Mapping[str, Any],
                  costs: Mapping[str, LoopCost]) -> Least:
     """Return the time on a machine whose units traverse.
 
-    If the machine has units for triangle tests, these do the tests, and ``costs`` has no effect.
-    Otherwise the machine's shader tests a packet at a time. ``work`` and ``costs`` are as for
-    `on_card`.
+    If the machine has units for triangle tests, ``costs`` has no effect. Otherwise the machine's
+    shader tests triangles, for a packet at a time. ``work`` and ``costs`` are as for `on_card`.
     """
     each, packet = machine.units * machine.clock, machine.packet
     steps = runs(work, "steps", packet) / (each * machine.steps)
@@ -158,9 +157,9 @@ def on_cell(cell: Machine, work: Mapping[str, Any], costs: Mapping[str, LoopCost
 def with_shading(cell: Machine, traced: Least, times: float = 1.0) -> Least:
     """Return the time of tracing a ray and of shading its hit on the same processors.
 
-    Shading is the bottleneck on the Cell, because it reads memory at random (survey, section 4.4).
-    The model hides no transfer of shading: a processor waits for each. ``times`` multiplies the
-    assumed transfers per hit.
+    On the Cell, shading is the bottleneck, because shading reads memory at random (survey, section
+    4.4). The model hides no transfer of shading: a processor waits for each transfer. ``times``
+    multiplies the assumed transfers per hit.
     """
     transfers = times * cell.shading_transfers
     waited = transfers * cell.latency / (cell.clock * cell.units)

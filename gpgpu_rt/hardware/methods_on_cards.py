@@ -20,7 +20,7 @@ from ..traversal.era_packets import LOOP
 from .cards import Card, Needs, Refusal
 from .static_costs import COMPILERS, PACKETS, era_programs, packet_methods, static_cost
 
-# An addition of this project that only saves time: it finds tiles without live rays.
+# Not judged: this project's addition, which only saves time by finding tiles without live rays.
 LEFT_OUT = {"drivers/tile_counts.frag"}
 # Under `loop`, these programs have a loop whose length depends on the rays.
 LOOPS = {"drivers/traverse.frag", "drivers/packet.frag"}
@@ -30,8 +30,8 @@ SIZE = 8   # side of the image in pixels; programs do not depend on it
 
 class _Programs(Observer):
     """Collects the programs of a call. ``found`` maps a program's texts to its name (its only
-    kernel's, else its file's), the largest number of render targets of its passes, and the number
-    of texels in the largest table that it reads."""
+    kernel's name, or else its file's name), the largest number of render targets of its passes,
+    and the number of texels in the largest table that it reads."""
 
     def __init__(self) -> None:
         self.found: dict[tuple[str, str], tuple[str, int, int]] = {}
@@ -95,8 +95,8 @@ def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell"
 
 
 def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str], list[Refusal]]:
-    """Return why a card cannot run the era form of each method: a kernel per pass, or a loop over
-    packets.
+    """Return why a card cannot run the era form of each method, that is, a kernel per pass or a
+    loop over packets.
 
     Mesa's compiler for the card counts instructions. R200 and NV25 have no compiler in COMPILERS;
     their counts are those of R300's compiler.

@@ -1,6 +1,6 @@
-"""Packet trace: derives the kernels that kd-packet runs in a loop from a trace of its steps.
+"""Packet trace: converts a trace of kd-packet's steps into a trace of kd-packet in a loop.
 
-Under ``step``, kd-packet's kernel `traverse` includes the push, and its kernel `leave` the pops.
+Under ``step``, the kernel `traverse` includes the push, and the kernel `leave` includes the pops.
 In the loop on R580, `push` and `pop` are kernels (glsl/methods/kdtree/kd_packet_era.glsl): packets
 that branch together skip `push` if none of them pushes.
 """
@@ -13,7 +13,7 @@ import numpy as np
 from .trace import FINISHED, KernelTrace
 
 PUSH, POP = "push", "pop"
-BOTH = 3      # the field `needed` of a packet that enters both children
+BOTH = 3      # value of the field `needed` if the packet enters both children
 
 
 def fields_of(stack: bool) -> tuple[str, ...]:
@@ -30,7 +30,7 @@ def in_loop(trace: KernelTrace, stack: bool) -> KernelTrace:
     trace : a trace of kd-packet, with the fields of `fields_of`
     stack : whether packets have a stack
     """
-    # Fields were read before their step, so the values after a step are those of the next step.
+    # A trace has the fields before each step, so the values after a step are the next step's.
     after = {name: _next(values) for name, values in trace.fields.items()}
     next_steps, number = _next(trace.steps), {
         name: at for at, name in enumerate(trace.kernels, 1)}

@@ -155,7 +155,7 @@ def _programs(method: str, any_hit: bool, in_loop: bool,
         resolved = row.resolved(dict(options))
         return tuple(_program(method, kernel) for kernel in (
             *packet_kernels(row, resolved, any_hit), packet_loop(row, resolved, any_hit)))
-    # Choose a chip with fp32: its kernels do not emulate rounding, which a card does by itself.
+    # Choose a chip with fp32, whose kernels do not emulate rounding: a card rounds by itself.
     resolved = row.resolved({**dict(options), "era": "nv40"})
     defines = {name: value for name, value in DEFINES.items() if name not in row.defines(resolved)}
     kernels = era_kernels(row.formed(resolved), resolved, any_hit, defines, in_loop)
@@ -169,7 +169,7 @@ def _program(method: str, kernel: EraKernel) -> EraProgram:
 
 def all_era_programs() -> list[EraProgram]:
     """Return the programs of every method with an era form, for nearest hits and for any hits.
-    Default options and SETTINGS come first, as passes and in loops; then PACKETS."""
+    Programs with default options or SETTINGS come first, as passes and in loops; then PACKETS."""
     chosen = [*((name, {}) for name in era_methods()), *SETTINGS]
     return [program for some, forms in ((chosen, (False, True)), (PACKETS, (True,)))
             for name, options in some for any_hit in (False, True) for in_loop in forms
@@ -184,7 +184,7 @@ def digest_of(text: str) -> str:
 
 @functools.cache
 def compiled_costs(card: str) -> CompiledCosts:
-    """Return the results of a card's compiler; empty if it was never run.
+    """Return the results of a card's compiler; empty if the compiler never ran.
 
     Raises
     ------

@@ -32,7 +32,7 @@ def table_reads(trace: KernelTrace, tables: Mapping[str, Mapping[str, Any]],
     """Return the places that rays read, (reads,) int64, one group of (h, w) rays after another.
 
     A place is an address: a byte's offset in its table, plus the table's number times TABLE. The
-    rays of a group run side by side: all rays read their first texel before any reads its second.
+    rays of a group run side by side: all rays read a first texel before any ray reads a second.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def _by_group(values: np.ndarray, group: tuple[int, int]) -> np.ndarray:
 
 def _places(records: tuple[Record, ...], index: Mapping[str, np.ndarray],
             tables: Mapping[str, Mapping[str, Any]]) -> Iterator[np.ndarray]:
-    """Yield the places of each texel that a kernel reads, an entry per run."""
+    """For each texel that a kernel reads, yield the places of all runs of the kernel."""
     at = index["cursor" if TRIANGLE in records else "node"]
     for record in records:
         if record.name not in tables:

@@ -51,7 +51,7 @@ class KernelTrace:
 
     def totals(self) -> Mapping[str, int]:
         """Return the runs of each kernel, summed over all rays."""
-        # Count step by step: converted to a larger type as a whole, a trace may need gigabytes.
+        # Count step by step: bincount makes an int64 copy, of gigabytes for a whole trace.
         counts = sum((np.bincount(step.reshape(-1), minlength=len(self.kernels) + 1)
                       for step in self.steps), np.zeros(len(self.kernels) + 1, np.int64))
         return {name: int(counts[number]) for number, name in enumerate(self.kernels, 1)}
@@ -66,7 +66,7 @@ def record_trace(tracer: Tracer, size: tuple[int, int], trace: Callable[[], obje
     tracer : a tracer under the schedule ``step``, with one step per pass
     size : (h, w) of the image
     trace : calls ``tracer.trace`` or ``tracer.occluded`` once, with h times w rays row by row
-    fields : integer fields of the state to record, too
+    fields : further integer fields of the state to record
 
     Raises
     ------

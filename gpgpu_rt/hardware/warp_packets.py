@@ -2,9 +2,9 @@
 
 Packets of this project have at most 4x4 rays. In Günther et al. 2007 and Popov et al. 2007, each
 warp traced a packet of 32 rays. A packet visits a node if any of its rays needs the node, so the
-large packet visits all nodes that its parts (the small packets) visit. A node counts as often as
-in the part that visits it most. The result is a lower bound: the large packet may find a hit later
-than one of its parts, and a later hit prunes less.
+large packet visits all nodes that its parts (the small packets) visit. For each node, the largest
+number of visits by any part counts. The result is a lower bound: the large packet may find a hit
+later than one of its parts, and a later hit prunes less.
 """
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def growth(trace: KernelTrace, packet: tuple[int, int],
     """Return each kernel's growth: the lanes of warps' packets, divided by the lanes of their
     parts.
 
-    The growth is 1 if the parts of each warp visit the same places, and the number of parts if
-    they have no place in common.
+    The growth is 1 if the parts of each warp visit the same places. It equals the number of parts
+    if the parts have no place in common.
 
     Parameters
     ----------
@@ -47,8 +47,8 @@ def growth(trace: KernelTrace, packet: tuple[int, int],
 
 
 def _growth(warp: np.ndarray, part: np.ndarray, place: np.ndarray, parts: int) -> float:
-    """Return a kernel's growth. ``warp``, ``part`` (of the warp's ``parts``) and ``place`` have an
-    entry per run."""
+    """Return a kernel's growth. For each run of the kernel, ``warp``, ``part`` (below ``parts``)
+    and ``place`` have an entry."""
     if not len(place):
         return 1.0
     ordered = (warp.astype(np.int64) << 32 | place) * parts + part

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from PIL import Image
 
-# Largest picture to decode, about 100 MB. A file may declare any size.
+# Do not decode larger pictures (about 100 MB): a file may declare any size.
 MOST_PIXELS = 1 << 25
 DESCRIPTION = "Description"     # key of the describing text in a PNG file
 
@@ -68,7 +68,7 @@ def _opened(path: Path) -> Image.Image:
 
 
 def image_tag(uri: str, text: str, attributes: str = "") -> str:
-    """Return an HTML image element with further ``attributes``. ``text`` is for readers who cannot
-    see the picture."""
+    """Return an HTML image element. ``attributes`` are further attributes, and ``text`` is for
+    readers who cannot see the picture."""
     more = f" {attributes}" if attributes else ""
     return f'<img src="{uri}" alt="{html.escape(text, quote=True)}" loading="lazy"{more}>'

@@ -43,7 +43,7 @@ def used_declarations(lines: Sequence[str], files: Sequence[str]) -> list[Declar
     """Return the declarations that ``main`` reaches, and their comments.
 
     A declaration is reached if its name occurs in a reached declaration. This rule may keep
-    unneeded declarations, but removes no needed one. A separate comment is kept if a declaration
+    unneeded declarations, but keeps all needed ones. A separate comment is kept if a declaration
     between it and the next separate comment is used. A file's first comment is kept if any
     declaration of the file is used.
 

@@ -39,7 +39,7 @@ def palette(pictures: Sequence[np.ndarray]) -> Image.Image:
     all_of_them = Image.fromarray(np.concatenate(pictures)).quantize(256 - len(exact))
     found = np.reshape(all_of_them.getpalette(), (-1, 3)).astype(int)
     # Drop colours close to an exact colour: Pillow groups similar colours when it searches the
-    # palette, and could use the close colour.
+    # palette, and could use the close colour instead.
     apart = np.abs(found[:, None] - exact[None].astype(int)).max(2).min(1) > 8
     made = Image.new("P", (1, 1))
     made.putpalette(np.concatenate([exact, found[apart]])[:256].ravel().tolist())
@@ -47,7 +47,7 @@ def palette(pictures: Sequence[np.ndarray]) -> Image.Image:
 
 
 def category(number: int) -> tuple[int, int, int]:
-    """Return the colour of a phase: 0 is done, above 0 waits for a kernel, below 0 is stopped."""
+    """Return a ray's colour by its phase: 0 is done, above 0 waits, below 0 is stopped."""
     if number <= 0:
         return {0: OVER, -1: STOPPED}.get(number, FULL)
     return tuple(int(c) for c in _CATEGORIES[(number - 1) % len(_CATEGORIES)])
@@ -95,8 +95,8 @@ def sheet(panels: Sequence[tuple[str, Image.Image]], head: Sequence[str],
 
 def colour_bar(highest: float, unit: str, width: int, lowest: float = 0.0,
                beyond: bool = False) -> Image.Image:
-    """Return the colour ramp from ``lowest`` to ``highest``, with round numbers below it. With
-    ``beyond``, the label says that the last colour includes larger numbers."""
+    """Return the colour ramp from ``lowest`` to ``highest``, with round numbers below the ramp.
+    With ``beyond``, the label says that the last colour includes larger numbers."""
     label = unit + (f" (last colour: {tick_text(highest)} and more)" if beyond else "")
     lines = [""]
     for word in label.split():      # break the label into lines of at most `width`

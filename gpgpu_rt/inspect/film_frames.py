@@ -7,7 +7,7 @@ from collections.abc import Sequence
 class EvenLoss:
     """Chooses passes by their live rays, one pass after another.
 
-    Most rays of a trace end within few passes, and most passes run only for the few rays left.
+    Most rays of a trace end within few passes, and most passes run only for the few other rays.
     Therefore a frame is due whenever a fixed share of the first pass's live rays has ended.
 
     Parameters

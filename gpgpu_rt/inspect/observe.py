@@ -31,7 +31,7 @@ def observe_states(tracer: Tracer, look: Look) -> Iterator[None]:
     ----------
     look : receives an ObservedPass, whose ``target`` is a Target with the method's state and HIT.
         HIT is missing for packets' states, and in the era form after a kernel that cannot change
-        hits. The ``kernel`` "init" sets up states
+        hits. The pass that sets up states has the ``kernel`` "init"
 
     Raises
     ------

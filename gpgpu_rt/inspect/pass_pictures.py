@@ -22,7 +22,7 @@ from . import false_colours as colours
 from .film_frames import even_loss
 from .time_travel import Pass, decode, phase_names, travel
 
-# Fields with a ray's position.
+# Fields that say where in the structure a ray is.
 PLACES = ("node", "place", "cell", "cursor", "first")
 MOST_PICTURES = 200     # default for the approximate number of pictures
 MOST_FRAMES = 150       # frames of the GIF, including the first and the last pass
@@ -38,8 +38,8 @@ def write_passes(tracer: Tracer, folder: Path, size: tuple[int, int], every: int
 
     The files are ``pass_0000.png`` and so on, ``passes.gif`` with up to MOST_FRAMES frames, and
     ``passes.json``. With ``states``, ``pass_0000.npz`` and so on hold the fields of each ray's
-    state and hit. Files in an earlier run's ``passes.json`` are removed. An interrupted run leaves
-    the folder unchanged.
+    state and hit. Files that an earlier ``passes.json`` lists are removed. An interrupted run does
+    not change the folder.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def _listed(folder: Path) -> set[str]:
 
 @contextmanager
 def _room(folder: Path) -> Iterator[None]:
-    """Make the folder if it is missing. If the block fails, remove the folder if new and empty."""
+    """Make the folder if it is missing. If the block fails, remove a new and empty folder."""
     is_new = not folder.exists()
     try:
         folder.mkdir(exist_ok=True)
@@ -181,7 +181,7 @@ class PassPainter:
     Attributes
     ----------
     names : the meaning of each phase
-    lo, hi : the smallest and the largest t of the final hits, ends of the scale of t
+    lo, hi : the smallest and the largest t of the final hits; the scale of t ends there
 
     Parameters
     ----------

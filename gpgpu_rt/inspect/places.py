@@ -1,4 +1,4 @@
-"""Places: finds the nodes or cells that ray states name, their boxes and decoded records."""
+"""Places: finds the node or cell of each ray state, its box, and its decoded records."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -21,11 +21,11 @@ class Places:
     Parameters
     ----------
     tracer : a tracer with the structure
-    state : fields of rays' states; ``node`` or ``cell`` names a ray's place
+    state : fields of rays' states; ``node`` or ``cell`` is a ray's place
 
     Attributes
     ----------
-    kind : "node" or "cell"; "" if the structure has no boxes or the states name no place
+    kind : "node" or "cell"; "" if the structure has no boxes or the states have no place
     count : number of places
     """
 
@@ -64,8 +64,8 @@ class Places:
         return np.stack([lo, lo + grid.cell_size], axis=1).astype(np.float64)
 
     def records(self, number: int) -> Decoded:
-        """Return a place's records, decoded from the textures: record -> field -> value. They come
-        from tables with a record per place. Tables of triangles are ignored."""
+        """Return a place's records, decoded from the textures: record -> field -> value.
+        Only tables with a record per place are read, and no tables of triangles."""
         tracer, session = self._tracer, self._tracer.session
         found: Decoded = {}
         for record in tracer.method.tables_for(tracer.options):

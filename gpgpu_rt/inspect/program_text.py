@@ -30,15 +30,15 @@ def program_text(source: Source, extensions: Collection[str] = ()) -> str:
 
     The text has only the compiled branches of conditionals (``#if``), and only the functions,
     tables and macros that ``main`` reaches, with their comments. A comment before the lines of a
-    file names the file. It repeats the first paragraph of the file's header, unless the paragraph
-    names an undefined macro that a conditional tests. Macros that expand to nothing, to their
-    argument or to another name are expanded. Short functions and ``if`` statements are joined to a
-    line.
+    file names the file. The comment repeats the first paragraph of the file's header, unless this
+    paragraph names an undefined macro that a conditional tests. Macros that expand to nothing, to
+    their argument or to another name are expanded. Each short function or ``if`` statement becomes
+    one line.
 
     Parameters
     ----------
     source : from ``resolve``
-    extensions : the context's extensions, whose names the compiler defines
+    extensions : the context's extensions; the compiler defines their names as macros
 
     Raises
     ------

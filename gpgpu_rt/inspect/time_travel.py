@@ -1,7 +1,7 @@
 """Time travel: shows the state of every ray after every pass.
 
-Under ``kernels``, a pass draws only the rays that wait for its kernel into one of two buffers, so
-the texels of other rays hold older states. A ray's number of steps never decreases. So of a ray's
+Under ``kernels``, a pass writes only rays that wait for its kernel, into one of two buffers.
+The texels of other rays hold older states. A ray's number of steps never decreases. So of a ray's
 states before and after a pass, the state with more steps is newer.
 """
 from __future__ import annotations
@@ -100,7 +100,7 @@ def _one_pass(tracer: Tracer) -> str:
     if watched:
         return (f"method {method.name} under schedule loop has one pass to look at; use the "
                 f"schedule {' or '.join(watched)}")
-    # tracer.method is the form for the options; its row may support more schedules.
+    # tracer.method is the form for these options. The method's row may support more schedules.
     row = find_method(method.name)
     bound = [o for o in TRACER_OPTIONS + row.options if options[o.name] != o.default
              and {*row.schedules_for({**options, o.name: o.default})} > {"loop"}]

@@ -79,7 +79,7 @@ def traced_programs(method: str, options: Mapping[str, Any] | None = None,
     texts = [program_text(one.fragment, extensions) for one in unique]
     own = {heading(glsl), _TRIANGLE_TEST}
     if not any(heading(glsl) in files_of(text) for text in texts):
-        # The method's file traverses only by the files that it includes.
+        # The method's file only includes other files, which contain the traversal.
         own |= {heading(file) for file in _INCLUDE.findall((ROOT / glsl).read_text())}
     rows = []
     for one, text in zip(unique, texts):

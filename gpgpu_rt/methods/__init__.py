@@ -30,7 +30,7 @@ _LOADED: set[Path] = set()      # folders whose methods are in the table
 
 
 def register(method: Method, file: Path | None = None) -> Method:
-    """Add a method to the table and return it. Its name must be new.
+    """Add a method to the table and return the method. Its name must be new.
 
     ``file`` is the Python file that defines the row, if there is one.
     """
@@ -43,12 +43,12 @@ def register(method: Method, file: Path | None = None) -> Method:
 
 
 def file_of(name: str) -> Path | None:
-    """The Python file that defines a method's row; None if a program registered the row itself."""
+    """Return the Python file that defines a method's row; None if a program registered the row."""
     return _FILES.get(find_method(name).name)
 
 
 def family_of(name: str) -> str:
-    """The family of a method in plain words, such as "kd-tree"; "own method" for users' rows."""
+    """Return a method's family in plain words, such as "kd-tree"; "own method" for users' rows."""
     return _FAMILY.get(find_method(name).name, "own method")
 
 
@@ -81,13 +81,13 @@ def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
 
 
 def methods() -> list[Method]:
-    """All rows of the table: the methods in the order of Hachisuka's survey, then users' own."""
+    """Return all rows: the methods in the order of Hachisuka's survey, then the users' methods."""
     _load_named()
     return list(_TABLE.values())
 
 
 def find_method(name: str) -> Method:
-    """The row of the method ``name``. An unknown name raises OptionError with similar names."""
+    """Return the row of a method. An unknown name raises OptionError with similar names."""
     _load_named()
     if not isinstance(name, str):
         raise OptionError(f"method is {name!r}; give a method's name: {', '.join(_TABLE)}")
@@ -101,7 +101,7 @@ def find_method(name: str) -> Method:
 
 
 def taking(options: Mapping[str, Any], some: Iterable[Method] | None = None) -> list[Method]:
-    """The rows whose methods accept all given options.
+    """Return the rows whose methods accept all given options.
 
     Parameters
     ----------

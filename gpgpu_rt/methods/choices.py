@@ -36,7 +36,7 @@ class Choice:
     measured: dict[str, Any] = field(default_factory=dict)
 
     def resolved(self) -> tuple[Method, dict[str, Any]]:
-        """The method's row as `Method.formed` adapts it to the options, and every option's value.
+        """Return the row that `Method.formed` gives for the options, and all options' values.
 
         Raises
         ------
@@ -63,11 +63,11 @@ class Choices:
 
     @classmethod
     def one(cls, choice: Choice) -> Choices:
-        """Choices that use ``choice`` for all rays."""
+        """Return Choices that use ``choice`` for all rays."""
         return cls(choice, choice)
 
     def of(self, rays: str) -> Choice:
-        """The choice for ``rays``, which is "coherent" or "incoherent"."""
+        """Return the choice for ``rays``, which is "coherent" or "incoherent"."""
         return self.coherent if rays == COHERENT else self.incoherent
 
     @property
@@ -77,11 +77,11 @@ class Choices:
         return (one.method, one.options) != (other.method, other.options)
 
     def resolved(self) -> dict[str, tuple[Method, dict[str, Any]]]:
-        """For each kind of rays, the row of the method table and every option with its value."""
+        """Return kind of rays -> (row of the method table, every option with its value)."""
         return {rays: self.of(rays).resolved() for rays in RAYS}
 
     def with_options(self, options: Mapping[str, Any], where: str) -> Choices:
-        """These choices, with the caller's options added to each.
+        """Return these choices, with the caller's options added to each choice.
 
         Parameters
         ----------

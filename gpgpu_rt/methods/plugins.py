@@ -1,6 +1,6 @@
-"""Methods of a user: load Python files from the user's folders and check their rows.
+"""Plugins: loads a user's methods from Python files and checks their rows of the method table.
 
-Each file defines ``ROWS`` (docs/how-to/add-a-method.md).
+Each file defines its rows as ``ROWS`` (docs/how-to/add-a-method.md).
 """
 from __future__ import annotations
 
@@ -60,10 +60,10 @@ def rows_of(path: Path) -> list[Method]:
     Raises
     ------
     MethodError
-        if the file fails to run or a row is invalid; the message names the file, and line or
-        method
+        if the file fails to run or a row is invalid; the message names the file, and the line or
+        the method
     """
-    # The hash of the path tells files of the same name in two folders apart.
+    # The hash of the path distinguishes files of the same name in two folders.
     place = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:12]
     name = f"gpgpu_rt_method_{path.stem}_{place}"
     spec = importlib.util.spec_from_file_location(name, path)
@@ -160,10 +160,10 @@ def _check_kinds(row: Method, where: str) -> None:
 
 
 def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
-    """Wrap the row's ``prepare``: check its Accelerator, turn other exceptions into MethodErrors.
+    """Return a function that calls the row's ``prepare`` and checks the returned Accelerator.
 
-    The message has a single line. With the environment variable GPGPU_RT_TRACEBACK, the command
-    line also prints the traceback.
+    Exceptions other than `Error` become a MethodError with a message of one line. If the
+    environment variable GPGPU_RT_TRACEBACK is set, the command line also prints the traceback.
     """
     def prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
         where = f"{path}, method {row.name!r}"

@@ -16,7 +16,7 @@ Structure = Grid | KdTree | Bvh | Bih
 
 def sah_cost(structure: Structure, *, traversal_cost: float = 1.0,
              intersection_cost: float = 1.0) -> float:
-    """The expected cost of a random line that crosses the scene's box and hits nothing.
+    """Return the expected cost of a random line that crosses the scene's box and hits nothing.
 
     A node (or cell) costs `traversal_cost`, plus `intersection_cost` for each of its triangles.
     A node's weight is its surface area relative to the scene's box.
@@ -74,7 +74,7 @@ def _leaf_counts(structure: Structure) -> np.ndarray:
 
 
 def _areas(structure: Structure) -> tuple[np.ndarray, np.ndarray, float]:
-    """For each node or cell, half its area and its references; then half the scene box's area."""
+    """Return half the area and the references of each node or cell, and half the box's area."""
     if isinstance(structure, Grid):
         size = structure.cell_size.astype(np.float64)
         cells = np.diff(structure.cell_start)

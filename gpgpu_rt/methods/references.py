@@ -84,7 +84,7 @@ def works() -> dict[str, CitedWork]:
 
 
 def find_work(citation: str) -> CitedWork | None:
-    """Return the work of a citation such as "Horn et al. 2007"; None unless it names one work."""
+    """Return the work of a citation such as "Horn et al. 2007"; None unless exactly one fits."""
     found = [work for _, work in citations(citation)]
     return found[0] if len(found) == 1 else None
 
@@ -124,8 +124,8 @@ def _titled(title: str) -> CitedWork | None:
 
 
 def _authored(names: str, year: str) -> CitedWork | None:
-    """Return the only work of these authors and this year, or None. A year without a letter
-    prefers a work without a letter."""
+    """Return the only work of these authors and this year, or None. For a year without a letter,
+    prefer a work without a letter."""
     more = names.endswith(" et al.")
     surnames = [re.sub(r"['’]s$", "", name).split(" ")[-1].split(".")[-1]
                 for name in re.split(_AND, names.removesuffix(" et al."))]

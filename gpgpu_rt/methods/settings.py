@@ -27,8 +27,8 @@ ONE_CHOICE = 1    # the older format, which has one choice for all rays
 # The choices for a scene that was not tuned. Their hits equal the hits of every other exact choice
 # to the bit, and the choices are never much slower than the fastest. Packets trace eye and shadow
 # rays faster than single rays do, but incoherent rays more slowly (docs/notes/schedules.md).
-# docs/notes/bvh.md reports the gain of entry points. The interval test is off, because mirror rays
-# also count as coherent, and the test makes their packets slower than single rays.
+# docs/notes/bvh.md reports the gain of entry points. The option interval_test is off: mirror rays
+# also count as coherent, and interval_test makes packets of mirror rays slower than single rays.
 SAFE_DEFAULT = {
     COHERENT: ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16,
                               "entry_points": 32}),
@@ -135,12 +135,12 @@ def find(scene: Scene, renderer: str) -> Settings | None:
 
 def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
               ) -> tuple[Choices, Settings | None]:
-    """Return the choices of ``method="auto"``, and the settings from which they come, or None.
+    """Return the choices of ``method="auto"``, and their settings (None for SAFE_DEFAULT).
 
     The choices come from cached settings that agree with the caller's options, else from
     SAFE_DEFAULT with the caller's options added. If the default for coherent rays does not accept
     the options, its entry points are dropped. If that does not suffice, the default for incoherent
-    rays serves both.
+    rays serves all rays.
     """
     found = find(scene, renderer)
     if found is not None:

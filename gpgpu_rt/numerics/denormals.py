@@ -29,7 +29,7 @@ def keeps_denormals(function: Callable[Given, Made]) -> Callable[Given, Made]:
     """Decorate a public function: denormal numbers are kept during a call.
 
     If the thread flushes denormal numbers, the call runs in C's default floating-point state, and
-    the thread's own state is restored afterwards. This is not possible on Windows.
+    the thread's own state is restored afterwards. On Windows, denormal numbers are still flushed.
     """
     @functools.wraps(function)
     def kept(*given: Given.args, **named: Given.kwargs) -> Made:

@@ -3,8 +3,8 @@
 The bounds are computed for each pair of a ray and a triangle.
 
 The analysis uses Higham's standard model ("Accuracy and Stability of Numerical Algorithms", 2002,
-chapter 3), as pbrt does. Each operation returns ``x (1 + r)`` with ``|r| <= u``, plus an error of
-at most ``tiny`` where the result underflows: renderers may flush denormal results and inputs to
+chapter 3), as pbrt does. Each operation returns ``x (1 + r)`` with ``|r| <= u`` (``unit`` below),
+plus an error of at most ``tiny`` where the result underflows: renderers may flush denormals to
 zero. A product of n factors ``1 + r`` is within ``gamma(n) = n u / (1 - n u)`` of 1. Division is
 assumed to be correctly rounded. Contraction to fused multiply-adds only removes roundings. The
 factor ``_ROUND_UP`` covers the errors of the bounds themselves, which are evaluated in float64.
@@ -35,7 +35,7 @@ so that the direction is largest in z:
    ``|T - t| <= (gamma(4) sum |a_i - t d_i| m_i + gamma(3) |t| sum |d_i N_i| + gamma(6) sum
    |a_i N_i|) / |D|``. The test uses the two shorter edges. Where rounding may decide which edge
    is the longest, the largest bound of the possible choices is used. Underflow adds the terms with
-   tiny of `_plane_bound`.
+   ``tiny`` in `_plane_bound`.
 8. A second bound on t. The test clamps T to the range of the corners' distances ``Z_i / d.z``,
    which have the error gamma(3). So the error of T is at most the distance from t to the farther
    end of the range, plus this rounding. The smaller bound of steps 7 and 8 is used. A t outside
@@ -117,8 +117,8 @@ def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
 
     Parameters
     ----------
-    triangles : (k, 3, 3), world units, of float32 values
-    origins, directions : (k, 3), of float32 values, finite, directions not zero
+    triangles : (k, 3, 3), float32 values, world units
+    origins, directions : (k, 3), finite float32 values; no direction is zero
     arithmetic : FLOAT32 bounds the GLSL test, FLOAT64 the test of ``reference.trace``
     """
     unit, tiny = arithmetic.unit, arithmetic.tiny

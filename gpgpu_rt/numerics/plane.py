@@ -1,4 +1,4 @@
-"""Distance of a triangle's plane along a ray, in numpy.
+"""Plane: computes the distance of a triangle's plane along a ray, in numpy.
 
 The code is ``plane_distance`` of ``glsl/core/watertight.glsl``, operation for operation.
 
@@ -18,7 +18,7 @@ CROSS = ((1, 2), (2, 0), (0, 1))
 
 
 def kept(values: np.ndarray) -> np.ndarray:
-    """Return the values unchanged. As the argument ``R`` below, keep numpy's own rounding."""
+    """Return the values unchanged: as the default of ``R`` below, this keeps numpy's rounding."""
     return values
 
 

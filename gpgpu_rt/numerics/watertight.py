@@ -13,8 +13,8 @@ from .plane import Rounding, edges_of, kept, plane_distance
 
 # If all nonzero coordinates and edges have magnitudes of at least SAFE, no denormal occurs before
 # the division in `plane_distance`. The test multiplies at most three such numbers and subtracts
-# twice, and a nonzero difference is at least 2^-24 of its larger operand. After the division, a
-# denormal can occur only if components of the normal differ by a factor of 2^126.
+# twice. A nonzero difference is at least 2^-24 times its larger operand: no result is < 2^-123.
+# After the division, a denormal needs components of the normal that differ by a factor of 2^126.
 SAFE = np.float32(2.0 ** -25)
 
 
@@ -29,8 +29,8 @@ def intersect_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.n
 
     Returns
     -------
-    (k,) bool, whether the ray's line meets the triangle; and t, u and v, (k,) float32 each,
-    undefined where the line misses. t is in units of the direction's length and may be negative.
+    (k,) bool, whether the ray's line meets the triangle; then t, u and v, (k,) float32 each,
+    undefined on a miss. t is in units of the direction's length and may be negative.
     """
     exponent = np.frexp(np.abs(directions).max(axis=1, initial=0))[1]
     scaled = np.ldexp(directions, -exponent[:, None])

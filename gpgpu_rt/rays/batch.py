@@ -23,9 +23,9 @@ FEW, AT_ONCE = 1 << 16, 1 << 18
 ROW = 1024   # rays in a row of the texture if the caller gives no shape
 # If at least 1 ray in MANY is invalid, overwrite invalid rays by columns instead of ray by ray.
 MANY = 5
-# The result for a block of rays: the indices of invalid rays; the exponents by which directions
-# were scaled, and the distances by which origins were advanced (in units of t), both None if all
-# are 0; and the start (origin and t_min) that all rays share, or None.
+# The result for a block of rays: the indices of invalid rays; exponents that scaled directions;
+# shifts that advanced origins, in units of t; and the start. `None` replaces exponents or shifts
+# that are all 0, and a start (origin and t_min) that the rays do not share.
 _Laid = tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]
 _ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
 
@@ -66,7 +66,7 @@ class RayBatch:
     Raises
     ------
     ValueError
-        shapes do not match; or, with "raise", a ray is invalid: the message names the first
+        shapes do not match; or, with "raise", rays are invalid: the message names the first
     """
 
     def __init__(self, origins: np.ndarray, directions: np.ndarray,
@@ -126,7 +126,7 @@ class RayBatch:
         starts = [start for *_, start in laid]
         alike = bool(starts) and all(_same(start, starts[0]) for start in starts)
         self.start = starts[0] if alike else None
-        self._starts = list(zip(blocks, starts))    # None if the block's origins are written
+        self._starts = list(zip(blocks, starts))    # None: the block's origins are written
         if not alike:
             self._lay_out_starts()
 
@@ -138,7 +138,7 @@ class RayBatch:
         return np.broadcast_to(t, self.count)
 
     def _rows(self, part: slice) -> list[np.ndarray]:
-        """Return the rows that a block fills from a row's start, (rows, width, 4) per texture."""
+        """Return the rows of a block that begins a row, (rows, width, 4) per texture."""
         width = self.size[0]
         rows = slice(part.start, -(-part.stop // width) * width)
         return [plane[rows].reshape(-1, width, 4) for plane in self._planes]

@@ -24,7 +24,7 @@ def coherence(batch: RayBatch, diagonal: float) -> float | None:
     Returns
     -------
     float
-        from 0 to 1; None without any two neighbouring rays
+        from 0 to 1; None if no pair of neighbouring rays exists
     """
     rays = batch.sample(*_sampled(*batch.size[::-1]))    # (tiles, y, x) each
     origins, directions = rays["origin"], rays["direction"]

@@ -26,7 +26,7 @@ def eye_uniforms(camera: Camera, size: tuple[int, int], bounds: Bounds) -> dict[
 
 
 def share_eye(rays: RayTextures, uniforms: dict[str, object]) -> None:
-    """Set the start that eye rays share, from the ``uniforms`` of the pass that wrote ``rays``.
+    """Set the eye rays' shared start (origin and t_min) from the ``uniforms`` of their pass.
 
     If the eye is far away, the pass moved the origins, and the rays share no start.
     """

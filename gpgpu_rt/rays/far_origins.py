@@ -1,4 +1,4 @@
-"""Far origins: moves an origin that is far outside the scene along its ray, to near the scene.
+"""Far origins: if an origin is far from the scene, moves it along its ray to near the scene.
 
 A shader computes a point of a ray with an error of a few times 2^-24 of the point's distance from
 the origin. Builders widen boxes by `bounds.PADDING` times the largest coordinate. This padding

@@ -194,10 +194,10 @@ def _whole(texels: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=None)
 def _keys() -> np.ndarray:
-    """Return (2^15,) uint16, the sort key for each direction code and origin cell (low bits).
+    """Return (2^15,) uint16 sort keys, indexed by direction code (high bits) and cell (low bits).
 
-    Keys order rays by octant, then by the position around the octant's diagonal, then along a
-    Morton curve of origin cells.
+    Keys order rays by octant, then by the order of |x|, |y| and |z|, then along a Morton curve of
+    origin cells.
     """
     place = np.arange(DIRECTIONS << 3 * ORIGIN_BITS)
     code, cell = np.divmod(place, 1 << 3 * ORIGIN_BITS)

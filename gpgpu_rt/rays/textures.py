@@ -36,12 +36,12 @@ class RayTextures:
         self.target = Target(gpu, self.in_textures, size)
         self.textures = self.target.textures
         self._start: np.ndarray | None = None
-        self._start_written = True      # whether the texture holds the start too
+        self._start_written = True      # whether the texture holds the start of each ray
         self.seen_from: Camera | None = None    # the camera, for rays through pixel centres
         self.tiles: TileBounds | None = None    # bounds of directions; they need a shared start
 
     def share_start(self, start: np.ndarray | None) -> None:
-        """Set the start that all rays share, (4,) float32: origin and t_min >= 0; or None.
+        """Set the rays' shared start, (4,) float32: origin and t_min >= 0. None: no shared start.
 
         Programs read a shared start from a uniform. This saves a fetch per ray, and repeated work
         that depends only on the start.
@@ -73,7 +73,7 @@ class RayTextures:
 
     @property
     def bounded(self) -> bool:
-        """Whether all rays share their start, and bounds of each tile's directions are known."""
+        """Whether all rays share a start and the bounds of each tile's directions are known."""
         return self.tiles is not None and self._start is not None
 
     def uniforms(self) -> dict[str, tuple[float, ...]]:
@@ -125,13 +125,13 @@ class RayTextures:
 
 def read_field(record: Record, name: str,
                samplers: Mapping[str, moderngl.Texture]) -> np.ndarray:
-    """Read back a field of a stream from the texture of its texel."""
+    """Read back a record's field from the texture that holds the field."""
     field = record.field(name)
     return field.of(read_texture(samplers[f"{record.name}_texel_{field.texel}"]))
 
 
 class PingPong:
-    """Two targets of the same records, into which passes draw alternately, with a depth buffer.
+    """Two targets of the same records with one depth buffer. Passes draw into them alternately.
 
     Attributes
     ----------
@@ -185,7 +185,7 @@ class StateBuffers(PingPong):
         return self._hits
 
     def write_states(self) -> None:
-        """Note that passes write states from now on. The next `hits` clears the states again."""
+        """Record that passes now write states. The next `hits` clears the states again."""
         release(self._hits)
         self._hits = None
 

@@ -1,4 +1,4 @@
-"""Tile bounds: bounds of the rays in each tile of the ray textures.
+"""Tile bounds: computes bounds of the rays in each tile of the ray textures.
 
 A tile need not be drawn if it has no live ray, or if all its rays miss the scene.
 """

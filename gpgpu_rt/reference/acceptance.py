@@ -1,4 +1,4 @@
-"""Acceptance: which answers to a ray are right for an engine that rounds to float32.
+"""Acceptance: finds the answers to a ray that are right for an engine that rounds to float32.
 
 Exact arithmetic gives a single answer to each ray. An engine that rounds may rightly return
 another answer: either triangle at an edge that the ray meets, or the farther of two surfaces that
@@ -40,7 +40,7 @@ FAIR = Arithmetic(2.0 ** -20, 4 * FLOAT32.tiny, FLOAT32.huge)
 # functions add 3. So rounding moves a ray sideways by less than 16 * unit * reach, where unit is
 # the unit roundoff. The outer neighbours lie twice as far away.
 RADIUS = 32 * FAIR.unit
-_RINGS = ((RADIUS, 12), (RADIUS / 3, 4))    # ring's radius / reach, number of neighbours on it
+_RINGS = ((RADIUS, 12), (RADIUS / 3, 4))    # ring's radius / reach, neighbours on the ring
 # Do not judge a ray by neighbours that would be turned by this angle (radians) or more.
 _WIDEST = 0.05
 # A ray that certainly hits a triangle needs no neighbours if the largest possible t of the hit
@@ -80,12 +80,12 @@ class Acceptance:
 
     @property
     def decided(self) -> np.ndarray:
-        """(n,) bool, whether only a hit is right, or only a miss is right."""
+        """(n,) bool, whether only one answer is right: a hit, or a miss."""
         return self.must_hit | ~self.may_hit
 
     def entry(self, triangle: np.ndarray) -> np.ndarray:
-        """Return the entry of the ``triangle`` that was reported for each ray, (n,) int; -1 if the
-        triangle is not acceptable."""
+        """Return for each ray the entry of its reported ``triangle``, (n,) int; -1 if the triangle
+        is not acceptable."""
         ray = np.repeat(np.arange(len(self)), np.diff(self.starts))
         found = np.full(len(self), -1)
         first = np.full(len(self), -1)
@@ -157,7 +157,7 @@ def exact_hits(vertices: np.ndarray, origins: np.ndarray, directions: np.ndarray
 def _candidates(vertices: np.ndarray, solid: np.ndarray, origins: np.ndarray,
                 directions: np.ndarray, t_min: np.ndarray, t_max: np.ndarray
                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the pairs of a ray and a triangle of ``solid`` that a fair engine may accept.
+    """Return the pairs (ray, triangle of ``solid``) that a fair engine may accept.
 
     Returns
     -------

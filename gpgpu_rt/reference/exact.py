@@ -1,4 +1,4 @@
-"""Exact hits: nearest hits in integers, for rays that float64 cannot decide.
+"""Exact hits: computes nearest hits with integers, for rays that float64 cannot decide.
 
 Cramer's rule solves ``o + t d = (1 - u - v) v0 + u v1 + v v2``. Every float32 number is an integer
 times a power of two, so Python's unlimited integers solve the equation exactly. Only the final t,
@@ -24,7 +24,7 @@ class ExactPairs:
     Attributes
     ----------
     inside : (k,) bool, whether the ray's line meets the triangle. Edges and vertices are included;
-        a line in the triangle's plane misses it
+        a line in the triangle's plane misses the triangle
     above, below : (k,) integers; t is above / below, and below is positive where ``inside``
     u, v : (k,) float64, barycentric coordinates, correctly rounded; NaN where not ``inside``
     """

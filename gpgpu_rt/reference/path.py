@@ -33,7 +33,7 @@ from .sobol import sobol_numbers
 from .spawn import spawn
 
 BRUTE_FORCE = 8     # up to this number of triangles, brute force is faster than a tree
-AT_ONCE = 1 << 16   # most paths in a block, unless the picture has more pixels
+AT_ONCE = 1 << 16   # most paths traced together, unless the picture has more pixels
 TINY = 1e-30        # guards divisions by a density that may be 0
 
 

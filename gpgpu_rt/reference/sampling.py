@@ -59,7 +59,7 @@ def fresnel(cosine: np.ndarray, ior: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     cosine : (n,) cosine between the reversed incoming ray and the normal on the incoming side
-    ior : (n,) or a number, the refractive index behind the interface divided by the one in front
+    ior : (n,) or a number, the refractive index behind the interface over the index in front of it
     """
     sine_2 = (1 - cosine ** 2) / ior ** 2
     through = np.sqrt(np.maximum(1 - sine_2, 0))

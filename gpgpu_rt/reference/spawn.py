@@ -10,8 +10,8 @@ from ..hits import Hits
 from ..numerics.error_bounds import FLOAT32, gamma
 from ..numerics.watertight import intersect_pairs
 
-_SPAWN_TRIES = 28   # enough to double an offset from _SEEN * extent to the extent, then bisect it
-_SEEN = np.float32(8 * FLOAT32.unit)    # error of the watertight test, divided by the extent
+_SPAWN_TRIES = 28   # enough to double from _SEEN * extent to the triangle's extent, then bisect
+_SEEN = np.float32(8 * FLOAT32.unit)    # usual error of the watertight test, divided by the extent
 
 
 def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:

@@ -65,8 +65,8 @@ class ReferenceTree:
         self.boxes = boxes[::-1]
 
     def _starts(self, level: int) -> np.ndarray:
-        """Return (2^level + 1,): the position in the ordered list of each node's first triangle,
-        then the number of triangles."""
+        """Return (2^level + 1,): for each node, the position of its first triangle in the ordered
+        list; then the number of triangles."""
         return np.arange((1 << level) + 1) * self.count >> level
 
     def _halve(self, lo: np.ndarray, hi: np.ndarray, level: int) -> None:
@@ -132,8 +132,8 @@ class ReferenceTree:
 
     def _set_rays(self, origins: np.ndarray, directions: np.ndarray, t_min: np.ndarray,
                   t_max: np.ndarray, margin: np.ndarray | float) -> None:
-        """Store the inverse directions and the origins for the slab test. Moving the origins is
-        the same as widening boxes, so lower and upper corners need different origins."""
+        """Store the inverse directions and the origins for the slab test. Instead of widening
+        boxes, move the origins: in opposite directions for lower and upper corners."""
         scale = np.abs(self.boxes[0]).max() + np.abs(origins).max(axis=1, initial=0)
         padding = (_PADDING * scale + _TINY + margin)[:, None]
         self._inv_dir = (1.0 / np.where(directions == 0, _TINY, directions)).T.copy()
@@ -143,8 +143,8 @@ class ReferenceTree:
 
     def _meets(self, level: int, ray: np.ndarray, node: np.ndarray
                ) -> tuple[np.ndarray, np.ndarray]:
-        """Return for p pairs the t at which the ray enters the node's widened box, t_min at least,
-        (p,); and whether the ray meets the box within the ray's interval, (p,) bool."""
+        """Return for p pairs the t, at least t_min, at which the ray enters the node's widened
+        box, (p,); and whether the box meets the ray's interval, (p,) bool."""
         t_min, t_max = self._interval
         enter, leave = t_min[ray], t_max[ray]
         lo, hi = self.boxes[level]

@@ -28,7 +28,7 @@ class Verdicts:
 
         right : a right answer to a ray for which only a hit is right, or only a miss
         undecidable : a right answer to a ray for which a hit and a miss are both right
-        leak : a miss where every fair engine hits
+        leak : a miss where every fair engine (acceptance.py) hits
         false hit : a triangle that no fair engine hits
         wrong nearest : a triangle that lies behind a triangle that every fair engine hits
         wrong t : the right triangle at a wrong distance
@@ -59,7 +59,7 @@ def check(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
           t: np.ndarray | None, triangle: np.ndarray, any_hit: np.ndarray | None = None,
           t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf,
           known: Acceptance | None = None) -> Verdicts:
-    """Judge an engine's answers: is each right, wrong, or undecidable in float32?
+    """Judge whether each answer of an engine is right, wrong, or undecidable in float32.
 
     Triangles and rays are rounded to float32. An engine that computes in float64 must trace the
     rounded arrays; otherwise, its right answers may count as wrong.

@@ -25,7 +25,7 @@ def places(scene: Scene) -> dict[str, np.ndarray]:
 
 
 def atlas(scene: Scene) -> np.ndarray:
-    """Return the packed texture, (height, width, 4) float32. Without images, it is a black texel.
+    """Return the packed texture, (height, width, 4) float32; a black texel if there is no image.
 
     Raises
     ------

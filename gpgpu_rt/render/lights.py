@@ -1,4 +1,4 @@
-"""Lights of a picture: the uniforms of the shading pass of each light."""
+"""Lights of a picture: computes the uniforms for the shading pass of each light."""
 from __future__ import annotations
 
 import numpy as np
@@ -20,8 +20,8 @@ def light_uniforms(scene: Scene, needs: SceneNeeds, depth: int = 0, sample: int 
     expect a light and the scene has none, return a black point light.
 
     ``depth`` is the number of bounces so far. Each bounce multiplies the rays and reduces their
-    weight, so it halves the shadow rays towards emitting triangles. Each ``sample`` of a pixel
-    uses other points on these triangles.
+    weight. Each bounce therefore halves the number of shadow rays towards emitting triangles.
+    Each ``sample`` of a pixel uses other points on these triangles.
     """
     lights: list[Uniforms] = [
         {"light_position": light.position, "light_intensity": light.intensity,
@@ -41,7 +41,7 @@ def _places(scene: Scene, count: int, sample: int) -> list[Uniforms]:
 
     If there are at least as many points as triangles, each triangle has at least one point, and
     its power is divided among its points. Otherwise, each point represents an equal share of the
-    total power. It stands for its own triangle and for list neighbours without a point.
+    total power, for its own triangle and for neighbours in the list without a point.
     """
     rows = scene.emitters
     corners = scene.triangles[rows].astype(np.float64)

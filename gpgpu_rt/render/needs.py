@@ -1,8 +1,8 @@
 """Needs: the table that decides which programs, textures and passes a picture needs.
 
-Each row of ``PROPERTIES`` says how to detect a property of scenes, which defines and tables it
-adds, and what to tell the user if it is absent. Streams and passes of integrators declare which
-defines they need (``render/integrator.py``). To add a property, add a row.
+Each row of ``PROPERTIES`` says how to detect a property of scenes, which defines and tables the
+property adds, and what to tell the user if it is absent. Streams and passes of integrators declare
+which defines they need (``render/integrator.py``). To add a property, add a row.
 """
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ class Property:
 
 
 def _some(has: Callable[[Any], Any]) -> Callable[[Scene, Asked], bool]:
-    """Return a test that a scene passes if ``has`` is true for a material in use."""
+    """Return a test of scenes: whether ``has`` is true for a material in use."""
     return lambda scene, asked: any(has(material) for material in scene.used_materials)
 
 
@@ -268,7 +268,7 @@ class SceneNeeds:
         return tuple(image for p in self._rows(self.present) for image in p.images)
 
     def want(self, defines: tuple[str, ...]) -> bool:
-        """Return whether one of the defines is set, or none is given."""
+        """Return whether one of the defines is set, or no define is given."""
         return not defines or any(define in self.defines for define in defines)
 
     def why_not(self, *, define: str | None = None, table: str | None = None,

@@ -107,7 +107,7 @@ class PathTextures:
 
     @contextmanager
     def target(self, rays: RayTextures | None, *streams: str) -> Iterator[Target]:
-        """Yield a target of ``rays`` and all ``streams`` that exist, with the mask's depth."""
+        """Yield a target of ``rays`` and existing ``streams``, with the mask's depth buffer."""
         textures = {"rays": rays.textures} if rays is not None else {}
         textures |= {name: self.room.textures(name) for name in streams if name in self.room}
         target = Target(self.gpu, (), self.size, self._depth, textures)
@@ -127,7 +127,7 @@ class PackedPaths:
 
     Parameters
     ----------
-    drawer : the integrator; its passes pack its streams
+    drawer : the integrator, whose passes trace and pack the paths
     size : (width, height) of a wave
     precision : the precision of the textures
     share : pack paths into the next smaller textures if at most this share of the texels contains

@@ -50,7 +50,7 @@ class Path(Integrator):
     """Path tracing: all light, with noise that decreases with the number of samples."""
 
     name = "path"
-    rays = INCOHERENT      # diffuse surfaces scatter all rays except eye rays
+    rays = INCOHERENT      # diffuse surfaces scatter rays, so only eye rays are coherent
     centred = False
     _sums: PictureStreams | None = None
     _level: PathTextures | None = None

@@ -1,4 +1,4 @@
-"""Picture streams: the data that an integrator keeps for each pixel, and its passes' targets."""
+"""Picture streams: the data that an integrator keeps for each pixel, and the passes' targets."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
@@ -49,7 +49,7 @@ class PictureStreams:
         self.rays: dict[str, RayTextures] = {}
         self._own: dict[str, Target] = {}
         self._several: dict[tuple[str, ...], Target] = {}
-        self.rectangles = Rectangles(gpu)      # the rectangles of the current wave
+        self.rectangles = Rectangles(gpu)      # the rectangles of the current wave (waves.py)
         for stream in streams:
             if stream.record is RAY_TEXELS:
                 self.rays[stream.name] = RayTextures(gpu, size, precision)

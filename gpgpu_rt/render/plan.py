@@ -1,4 +1,4 @@
-"""Plan: the passes, textures and defines of a picture, and why all others are left out."""
+"""Plan: lists the passes, textures and defines of a picture, and says why others are omitted."""
 from __future__ import annotations
 
 from collections.abc import Mapping

@@ -60,15 +60,15 @@ LIVE = Record("live", "weight")
 """The largest weight of the rays in a tile of pixels."""
 
 PATH = Record("path", "weight:vec3")
-"""The weight of a ray: its pixel receives the light that the ray finds, times ``weight``."""
+"""A ray's weight: its pixel receives the light that the ray finds, multiplied by ``weight``."""
 
 WALK = Record("walk", "weight:vec3 density")
-"""The state of a path. Its pixel receives the light that the path finds, times ``weight``, which
-is zero after the path's end. ``density`` is the probability density of the ray's direction; 0 if
-only this direction was possible."""
+"""The state of a path. Its pixel receives the light that the path finds, multiplied by ``weight``.
+``weight`` is zero after the path's end. ``density`` is the probability density of the ray's
+direction; 0 if only this direction was possible."""
 
 CAME_FROM = Record("came_from", "x:int y:int")
-"""The original texel of a packed path in the wave."""
+"""The texel of the wave's textures from which a packed path came (glsl/render/bring_back.vert)."""
 
 SUMS = Record("sums", "total:vec4 | lost:vec4")
 """The radiance and the squared luminance of a pixel, summed over its paths, with the rounding

@@ -1,8 +1,8 @@
 """Tone map: applies an exposure and a tone curve to linear light, and rounds the result to 8 bits.
 
-The curve decides how light above white is shown. "linear" clips the light. "reinhard" compresses
+The curve decides how light above white is shown. `linear` clips the light. `reinhard` compresses
 luminance by L / (1 + L), equation 3 of Reinhard et al. 2002; the exposure replaces the paper's key
-value. "aces" is Narkowicz's fit (2015) to the film-like curve of the Academy Color Encoding
+value. `aces` is Narkowicz's fit (2015) to the film-like curve of the Academy Color Encoding
 System, applied to each channel.
 """
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Waves: traces the sets of rays of a picture with the tracer's method."""
+"""Waves: traces a picture's rays, wave by wave, with the tracer's method."""
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ class Waves:
     driver : the driver of the tracer's method
     buffers : state buffers for all sizes of ray textures that the integrator traces
     statistics : receives the counts
-    count_rays : called with the hits of the eye rays (the first wave), to count their work
+    count_rays : called with the hits of the eye rays (the first wave), to count the rays' work
     """
 
     def __init__(self, driver: Driver, buffers: StateBuffers, statistics: Statistics,

@@ -7,8 +7,8 @@ An occlusion query counts the rays of a branch in the pass that makes these rays
 rays ends. After the eye rays, passes draw only the tiles in which a branch has rays, because most
 texels are empty after several bounces.
 
-Two sets of textures suffice for reflected rays, which are traced in the next wave. Refracted rays
-wait until their branch is traced, so each depth needs its own textures for them.
+Reflected rays are traced in the next wave, so two sets of textures suffice for them. Refracted
+rays wait until their branch is traced, so each depth needs its own textures for refracted rays.
 """
 from __future__ import annotations
 
@@ -123,9 +123,9 @@ class Whitted(Integrator):
                 else self.show(found.astype(np.float64)))
 
     def _wave(self, trace: Trace, wave: Wave) -> Hits:
-        """Trace the rays of a branch, add the light they find, and trace its child branches.
-        Return the hits of the branch's last shadow rays; without shadow rays, the branch's own
-        hits."""
+        """Trace the rays of a branch, add the light that they find, and trace the child branches.
+        Return the hits of the branch's last shadow rays; without shadow rays, return the branch's
+        own hits."""
         assert self.room is not None
         hits = trace(wave.rays)
         source = {**wave.rays.samplers(), **hits.samplers(), **wave.path}
@@ -146,7 +146,7 @@ class Whitted(Integrator):
     def _branch(self, word: str, name: str, source: Samplers, wave: Wave,
                 tiles: Rectangles | None) -> list[Wave]:
         """Make the reflected or the refracted rays of a wave. Return a list with the wave of these
-        rays; empty without such rays."""
+        rays, or an empty list if there are no such rays."""
         assert self.room is not None
         paths = name + " paths"
         self.room.clear_rays(name)

@@ -15,7 +15,7 @@ from ..inspect.data_uris import description_of, image_tag, png_uri
 from .verdict_badges import JudgedFigure, judged_figure, verdict_line
 
 SHORT = 3000     # show a figure's text expanded up to this number of characters
-# Attributes of a box that scrolls sideways, with the keyboard too.
+# HTML attributes of a box that scrolls sideways. The keyboard can scroll the box, too.
 _WIDE = 'class="wide" tabindex="0"'
 
 

@@ -1,4 +1,4 @@
-"""Films of passes and heat maps of the cost per pixel, made while the page is written.
+"""Films: draws films of passes, and heat maps of the cost per pixel, when the page is written.
 
 A film is stored as one picture: all frames below each other, with a pixel for each ray. The page's
 script shows one enlarged frame at a time.
@@ -26,7 +26,7 @@ from ..tracer import Tracer
 
 FRAMES = 60      # largest number of frames of a film
 WHITE = 255
-WIDEST = 1 << 14     # largest width in pixels; never shrinks a picture with a pixel for each ray
+WIDEST = 1 << 14     # largest width in pixels; a picture with a pixel for each ray is smaller
 SEAM = 1         # rows between the frames, so that no frame shows its neighbour
 
 

@@ -23,8 +23,8 @@ from .films import film, heat_maps, or_why_not
 from .verdict_badges import BADGE_STYLE, overview
 
 LIMIT = 15_000_000      # bytes
-# Largest widths of a picture in pixels. The page uses the first width that keeps its size within
-# LIMIT.
+# Largest widths of a picture in pixels. The page uses the first width with which the file stays
+# within LIMIT.
 WIDTHS = (1400, 1000, 700, 450)
 
 PARTS = importlib.resources.files(__package__)
@@ -100,8 +100,8 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
     made: dict[tuple[Any, ...], str] = {}
 
     def once(make: Callable[..., str], *arguments: Any) -> str:
-        """Return the HTML of a film or of heat maps. Make each only once, although the page may be
-        assembled again."""
+        """Return the HTML of a film or of heat maps. Make the HTML only once, although the page
+        may be assembled again."""
         key = make, arguments
         if key not in made:
             what = arguments[0] if isinstance(arguments[0], str) else ", ".join(arguments[0])

@@ -61,7 +61,7 @@ def badge(word: str, text: str | None = None) -> str:
 
 
 def verdict_line(one: JudgedFigure) -> str:
-    """Return the badge of a figure, and its reason in numbers."""
+    """Return the badge of a figure's verdict, and the verdict's reason in numbers."""
     says = one.says()
     return (f'<p class="verdict">{badge(one.verdict["word"])}'
             + (f" {html.escape(says)}" if says else "") + "</p>")

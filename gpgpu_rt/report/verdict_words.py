@@ -24,7 +24,7 @@ class Outcome:
 
     Attributes
     ----------
-    name : what came out
+    name : the outcome in words
     words : the words of these verdicts
     paper, ink : colours of a badge and of its text; "confirmed" and "contradicted" differ also in
         lightness, for colour-blind readers
@@ -43,7 +43,7 @@ OUTCOMES = (Outcome("confirmed", (REPRODUCED,), "#0b5394", "#ffffff"),
 
 
 def outcome_of(word: str) -> Outcome:
-    """Return the outcome to which a verdict's word belongs; the last for an unknown word."""
+    """Return the outcome of a verdict's word; the last outcome for an unknown word."""
     return next((one for one in OUTCOMES if word in one.words), OUTCOMES[-1])
 
 

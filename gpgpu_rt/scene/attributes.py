@@ -12,7 +12,7 @@ from .material import Material
 
 def material_rows(values: Any, count: int, materials: Sequence[Material], name: str) -> np.ndarray:
     """Check the materials' indices and return the indices as (count,) int32. None means the first
-    material for all."""
+    material for all triangles."""
     if not materials:
         raise SceneError(f"{name}: no materials; give at least one")
     if values is None:
@@ -62,7 +62,7 @@ def corner_values(values: Any, count: int, width: int, name: str,
 
 def smooth_normals(triangles: np.ndarray, faces: np.ndarray | None = None) -> np.ndarray:
     """Return (n, 3, 3) float32 normals of corners: at each vertex, the mean of its triangles'
-    normals, weighted by their angles at the vertex (Thuermer and Wuethrich 1998).
+    normals, weighted by the triangles' angles at the vertex (Thuermer and Wuethrich 1998).
 
     Parameters
     ----------

@@ -27,20 +27,20 @@ class NamedScene:
 
     Attributes
     ----------
-    name : the scene's name
-    triangles : number of triangles of the procedural version; of ``file`` if ``make`` is None
-    make : builds the procedural version; None if there is none
-    stand_in : the original that the procedural version replaces; None without a procedural
-        version, or if the procedural version is the original
-    original : the source of the original, or "not available"; for a scene without an original,
-        what the scene shows
-    page : a hint for an original that cannot be fetched: the owner's page, if any, and the file
-        name for a user's own mesh; None for other scenes
-    light : position of the light for the scene's mesh; None for a light beside the camera
-    paint : makes colours, (n, 3), for a mesh without colours
-    takes_argument : whether ``make`` has an argument, as in ``stadium:1e-3``
-    file : the path of the scene's file in a folder of meshes; None if the file is NAME.ply,
-        NAME.obj or the like
+    name : The scene's name.
+    triangles : Number of triangles of the procedural version, or of ``file`` if ``make`` is None.
+    make : Function that builds the procedural version; None if there is none.
+    stand_in : The original that the procedural version replaces. None without a procedural
+        version, or if the procedural version is the original.
+    original : The source of the original, or "not available". For a scene without an original,
+        a description of the scene.
+    page : A hint for an original that cannot be fetched: the owner's page, if any, and the file
+        name for a user's own mesh. None for other scenes.
+    light : Position of the light for the scene's mesh; None for a light beside the camera.
+    paint : Function that makes colours, (n, 3), for a mesh without colours.
+    takes_argument : Whether ``make`` has an argument, as in ``stadium:1e-3``.
+    file : The path of the scene's file in a folder of meshes. None if the file is NAME.ply,
+        NAME.obj or the like.
     """
 
     name: str

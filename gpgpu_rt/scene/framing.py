@@ -88,10 +88,10 @@ def inside(triangles: np.ndarray, outside: Camera) -> Camera | None:
     """Return a camera inside the mesh if the mesh is a room; None for any other mesh, or if no
     tested place in the room is suitable.
 
-    A mesh counts as a room if two conditions hold. A camera outside sees backs at more than 0.4
-    of its hits. The largest triangles, such as walls and table tops, hide more than 0.25 of all
-    triangles from every side; this excludes objects whose triangles face inwards. Both limits lie
-    between values of rooms and of objects.
+    A mesh counts as a room if two conditions hold. At more than 0.4 of its hits, a camera outside
+    sees the back of a triangle. The largest triangles, such as walls and table tops, hide more
+    than 0.25 of all triangles from every side; this excludes objects whose triangles face inwards.
+    Both limits lie between the values of rooms and the values of objects.
 
     Parameters
     ----------

@@ -59,11 +59,11 @@ class LightChoice:
     def of(cls, scene: Scene) -> LightChoice:
         """Return the light choice of a scene.
 
-        A triangle weighs its area times the luminance of its emission. A point light, which does
-        not decrease with distance, weighs as much as a triangle that gives the same light at half
-        the scene's extent. The surroundings weigh as much as a point light of their power, but at
-        most as much as all other lights together: objects may hide the surroundings where other
-        lights reach.
+        A triangle weighs its area times the luminance of its emission. A point light, whose light
+        does not decrease with distance, weighs as much as a triangle that gives the same light at
+        half the scene's extent. The surroundings weigh as much as a point light of their power,
+        but at most as much as all other lights together: objects may hide the surroundings where
+        other lights reach.
         """
         rows = scene.emitters
         corners = scene.triangles[rows].astype(np.float64)
@@ -117,9 +117,9 @@ def _alias(probabilities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the probability to keep each entry, and the alias of each entry.
 
     Givers are the entries above the mean. In order, givers fill the deficits of the entries below
-    the mean. The last deficit of a giver usually exceeds the rest of its surplus; the giver then
-    has a deficit itself, which the next giver fills. A search in the cumulative sums of deficits
-    and surpluses replaces Vose's loop.
+    the mean. The last deficit that a giver fills usually exceeds the rest of its surplus; the
+    giver then has a deficit itself, which the next giver fills. A search in the cumulative sums of
+    deficits and surpluses replaces Vose's loop.
     """
     count = len(probabilities)
     scaled = probabilities * count

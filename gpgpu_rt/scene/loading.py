@@ -110,13 +110,10 @@ def scene_names() -> list[str]:
 def list_scenes() -> list[dict[str, Any]]:
     """Return a dictionary for each named scene.
 
-    The keys are:
-
-    - `name`;
-    - `triangles`, the number of triangles, or None if the mesh cannot be read;
-    - `found`, the path of the mesh file; "built in", "stand-in" or "missing" without such a file;
-    - `stand_in`, the original that a built-in scene replaces, or None;
-    - `original`, as in `catalogue.NamedScene`.
+    `name` and `original` are as in `catalogue.NamedScene`. `triangles` is the number of triangles,
+    or None if the mesh cannot be read. `found` is the path of the mesh file, or "built in",
+    "stand-in" or "missing" without such a file. `stand_in` is the original that a built-in scene
+    replaces, or None.
     """
     rows = []
     for row in catalogue.ROWS.values():

@@ -21,17 +21,17 @@ class Material:
 
     Attributes
     ----------
-    name : the material's name in errors, scene files and mesh files
-    diffuse : (3,) share of light that is scattered by Lambert's law. Default: white with a
-        texture; without one, light grey if no other part is given, else black
-    mirror : (3,) share that is reflected in the mirror direction
-    glossy : (3,) share that is reflected into a lobe around the mirror direction
-    roughness : roughness r of the lobe, 0.01 to 1: the lobe is cos^n with n = 2 / r^2 - 2
+    name : The material's name in errors, scene files and mesh files.
+    diffuse : (3,) share of light that is scattered by Lambert's law. The default is white with a
+        texture. Without a texture, light grey if no other part is given, else black.
+    mirror : (3,) share that is reflected in the mirror direction.
+    glossy : (3,) share that is reflected into a lobe around the mirror direction.
+    roughness : Roughness r of the lobe, 0.01 to 1. The lobe is cos^n with n = 2 / r^2 - 2.
     ior : None, or for a dielectric the refractive index inside divided by the index outside. A
         dielectric reflects by Fresnel's equations and refracts the rest, so the three shares above
-        must be 0. Seen from outside, the corners of its triangles run anticlockwise
-    emission : (3,) radiance that both sides emit in all directions
-    texture : None, or the texture that multiplies ``diffuse``
+        must be 0. Seen from outside, the corners of its triangles run anticlockwise.
+    emission : (3,) radiance that both sides emit in all directions.
+    texture : None, or the texture that multiplies ``diffuse``.
     """
 
     name: str = "material"

@@ -25,7 +25,7 @@ from .obj_file import UNPAINTED, read_obj
 from .texture import quietly
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf", ".aff")
-# Messages of trimesh to drop. If an STL file lacks face normals, they follow from the corners.
+# Messages of trimesh to drop. The corners give the face normals that an STL file lacks.
 _HARMLESS = ("failed to extract face_normals",)
 
 
@@ -82,7 +82,7 @@ def reading(path: Path) -> Iterator[None]:
 
 
 def _read(path: Path, groups: bool) -> Mesh:
-    """Return the mesh of a file by the reader for its suffix."""
+    """Read the mesh of a file with the reader for its suffix."""
     suffix = path.suffix.lower()
     if suffix == ".obj":
         return read_obj(path, groups)
@@ -187,7 +187,7 @@ def _in_range(faces: np.ndarray, count: int) -> bool:
 
 def _colours(mesh: trimesh.Trimesh, material: Material | None) -> np.ndarray | None:
     """Return the colours of a mesh's faces, (n, 3) in [0, 1], from face colours, vertex colours or
-    the material; None without any."""
+    the material; None if the mesh has none of these."""
     visual = mesh.visual
     if not _whole(mesh):
         return None  # `Scene.from_arrays` reports the index that is out of range

@@ -30,8 +30,8 @@ def read_obj(path: Path, groups: bool) -> Mesh:
     Parameters
     ----------
     path : the OBJ file
-    groups : whether to divide the mesh into parts: the file's groups, or without groups the
-        file's objects
+    groups : whether the file's groups become parts of the mesh; if the file has no groups, its
+        objects become parts
 
     Raises
     ------
@@ -73,7 +73,7 @@ def read_obj(path: Path, groups: bool) -> Mesh:
 
 def _picked(values: np.ndarray, at: np.ndarray, width: int) -> np.ndarray | None:
     """Return the values of corners, (n, 3, width): zeros for a face that lacks a value at any
-    corner; None if every face does."""
+    corner; None if every face lacks a value."""
     some = ((at >= 0) & (at < len(values))).all(axis=1)
     if not some.any():
         return None
@@ -151,8 +151,8 @@ def _indices(words: Sequence[bytes]) -> np.ndarray:
 
 def _count_from_zero(index: np.ndarray, declared: np.ndarray, line: np.ndarray) -> None:
     """Convert a file's indices in place, so that they count from 0. In the file, a negative index
-    counts back from the last value before the index's line. Afterwards, a negative index is
-    missing or lies before the first value."""
+    counts back from the last value before the index's line. In the result, a negative index is
+    missing or points before the first value."""
     back = index < 0
     if back.any():
         before = np.searchsorted(declared, line[back])
@@ -232,9 +232,9 @@ class _Text:
 
     def named_before(self, word: bytes, lines: np.ndarray, default: str
                      ) -> tuple[list[str], np.ndarray]:
-        """Return the different names of ``lines``, and the index of each line's name. The name
+        """Return the distinct names of ``lines``, and the index of each line's name. A line's name
         follows ``word``, such as ``usemtl``, in the last earlier line that begins with ``word``.
-        Without such a line, the name is ``default``."""
+        Without such an earlier line, the name is ``default``."""
         rows = self.rows(word)
         said = [default, *(self.body(row, word) or default for row in rows.tolist())]
         used, which = np.unique(np.searchsorted(rows, lines), return_inverse=True)

@@ -27,24 +27,24 @@ class Scene:
 
     Attributes
     ----------
-    name : the name of the scene in tables and figures
-    triangles : (n, 3, 3) float32, world units, in the order of the given faces
-    colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1]; the texture of the
-        triangle's material multiplies it. All other properties come from the material
-    lights : the point lights, or a single light; triangles of emitting materials are also lights
-    camera : the default camera of pictures
-    stand_in : the name of the original that a procedural scene replaces; None for an original
-    source : the origin of the scene, such as a path or "built in"
-    faces : (n, 3) int32, the vertex indices of each triangle, or None
-    charts : (rows, columns) of texels of each chart if the triangles are the cells of a
-        `GeometryImage`; else empty
-    materials : the materials; by default a single diffuse material
-    material_of : (n,) int32, index of each triangle's material in ``materials``; by default 0
-    normals : (n, 3, 3) float32 unit normals of each triangle's corners, which shading
-        interpolates; zeros for a flat triangle. None if all triangles are flat
-    uv : (n, 3, 2) float32 texture coordinates of each triangle's corners, or None
-    environment : the light that arrives from outside the scene; None for darkness
-    moving : whether the triangles will move
+    name : The name of the scene in tables and figures.
+    triangles : (n, 3, 3) float32, world units, in the order of the given faces.
+    colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1]. The texture of the
+        triangle's material multiplies the colour. The material has all other properties.
+    lights : The point lights, or a single light. Triangles of emitting materials are lights too.
+    camera : The default camera of pictures.
+    stand_in : The name of the original that a procedural scene replaces; None for an original.
+    source : The origin of the scene, such as a path or "built in".
+    faces : (n, 3) int32, the vertex indices of each triangle, or None.
+    charts : The (rows, columns) of texels of each chart if the triangles are the cells of a
+        `GeometryImage`. Otherwise empty.
+    materials : The materials; by default a single diffuse material.
+    material_of : (n,) int32, index of each triangle's material in ``materials``; by default 0.
+    normals : Unit normals, (n, 3, 3) float32, of each triangle's corners, which shading
+        interpolates. Zeros for a flat triangle. None if all triangles are flat.
+    uv : Texture coordinates, (n, 3, 2) float32, of each triangle's corners, or None.
+    environment : The light that arrives from outside the scene; None for darkness.
+    moving : Whether the triangles will move.
     """
 
     name: str
@@ -229,7 +229,7 @@ class Scene:
             colours = diffuse_of(len(faces), name, **appearance)
         lights = appearance.pop("lights", None)
         if lights is None:
-            # No triangle hides the light of a default camera, which is outside the scene.
+            # A default camera is outside the scene: no triangle hides a light beside the camera.
             lights = light or beside(camera, triangles if given else None)
         return cls(name, triangles, colours, lights, camera, source=source,
                    faces=faces.astype(np.int32), **appearance)

@@ -234,8 +234,8 @@ class _SceneFile:
 
 
 def _named(mesh: mesh_file.Mesh, word: str) -> np.ndarray:
-    """Return (n,) bool, whether each face belongs to a part or material named ``word``. A part
-    with several materials is stored as parts with numbers after the name; all of these count."""
+    """Return (n,) bool, whether each face belongs to a part or material named ``word``. If a part
+    has several materials, it is stored as several parts, whose names end in numbers."""
     parts = [k for k, name in enumerate(mesh.parts)
              if name == word or re.fullmatch(re.escape(word) + r"_\d+", name)]
     materials = [k for k, m in enumerate(mesh.materials) if m.name == word]

@@ -70,8 +70,8 @@ class AllHits:
         return getattr(self, name).reshape(self.shape)
 
 
-# Traces (height, width, 3, 4) texels of RAY_AFTER_HIT once; returns the fields of HIT and the
-# status of each ray.
+# Traces rays once, given as (height, width, 3, 4) texels of RAY_AFTER_HIT. Returns the fields of
+# HIT and the status of each ray.
 Round = Callable[[np.ndarray], tuple[dict[str, np.ndarray], np.ndarray]]
 
 
@@ -96,7 +96,7 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
     fields = {**batch.given_fields(), "after": np.full(batch.count, -1)}
     status = batch.status()
     # In the first round, trace rays with empty intervals too, so that packets match the tiles of
-    # the image. If the rays were sorted, the order already omits such rays.
+    # the image. If the rays were sorted, `batch.order` already omits such rays.
     rays = np.arange(batch.count) if batch.order is None else batch.order.rays
     found: list[dict[str, np.ndarray]] = []
     height, width = batch.size[::-1]
@@ -108,7 +108,7 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
                                 **{name: fields[name][rays] for name in fields})
         hits, ended = trace(image.reshape(height, width, *NO_RAY.shape))
         ended = ended[:len(rays)]
-        # Drop the hit of a stopped ray, because the ray may have a nearer hit.
+        # Drop the hit of a ray whose trace stopped early: the ray may have a nearer hit.
         status[rays[ended != TRACED]] = ended[ended != TRACED]
         some = np.flatnonzero((hits["triangle"][:len(rays)] != NO_TRIANGLE) & (ended == TRACED))
         rays = rays[some]

@@ -27,7 +27,7 @@ class Builder:
         self._built_cost: float | None = None   # SAH cost of the last build, to compare refits
 
     def stored(self, scene: Scene) -> np.ndarray:
-        """Return the triangles as textures store them, the form that boxes must enclose."""
+        """Return the triangles as textures store them: boxes must enclose this form."""
         return shrink_flat(self.precision.stored(scene.triangles))
 
     def build(self, triangles: np.ndarray) -> Accelerator:

@@ -40,7 +40,7 @@ class Session:
     ----------
     structure : scene, accelerator and tables
     driver : runs the method's passes
-    eye_drivers : drivers for eye rays; the rasteriser bounds their hit distances, or finds hits
+    eye_drivers : drivers for eye rays, whose hits the rasteriser bounds or finds
     buffers : textures of rays and states
     build_seconds, refit_seconds, rebuilt : as in ``Statistics``
     """
@@ -82,7 +82,7 @@ class Session:
 
     @property
     def step_cap(self) -> int:
-        """Steps after which a ray is stopped and flagged."""
+        """Number of steps after which a ray is stopped and flagged."""
         return min(self.options["step_cap"] or self.accelerator.step_bound + 1, EXACT_INTEGER - 1)
 
     def costs(self) -> dict[str, Any]:
@@ -127,7 +127,7 @@ class Session:
 
     def trace_all(self, batch: RayBatch, max_hits: int | None,
                   statistics: Statistics) -> AllHits:
-        """Return all hits of rays; with ``max_hits``, each ray's nearest hits."""
+        """Return all hits of each ray, or only each ray's ``max_hits`` nearest hits."""
         def trace_on(texels: np.ndarray) -> tuple[dict[str, np.ndarray], np.ndarray]:
             """Return the fields of HIT and the status of each ray; see `all_hits.Round`."""
             rays, buffers = self.buffers.of(texels.shape[1::-1], after_hit=True)

@@ -1,4 +1,4 @@
-"""Sessions: holds a tracer's one or two sessions for one thread at a time."""
+"""Sessions: holds a tracer's one or two sessions (session.py) for one thread at a time."""
 from __future__ import annotations
 
 import re
@@ -72,8 +72,7 @@ class Sessions:
         return any(method.packet for method, _ in self.rows.values())
 
     def remade(self) -> Choices:
-        """Return choices from which another process makes equal sessions, with a context of its
-        own."""
+        """Return choices from which another process makes equal sessions, with its own context."""
         context = self.present.options["context"]
         context = context if isinstance(context, str) else None
         return Choices(*(replace(self.choices.of(rays), options={**options, "context": context})
@@ -183,7 +182,7 @@ class Sessions:
 
     def _choose(self, kind: str) -> Session:
         """Make the session for rays of this kind the present session. If building or moving this
-        session fails, keep the present one."""
+        session fails, keep the present session."""
         if kind == self.chosen or not self.choices.differ:
             return self.present
         before, session = self.present, self._sessions.get(kind)

@@ -111,7 +111,7 @@ class Structure:
         Raises
         ------
         SceneError, LimitError
-            for a scene that cannot be built; the structure stays unchanged
+            if no accelerator can be built; the structure stays unchanged
         """
         triangles = self.builder.stored(scene)
         own = self.method.tables_for(self.options)
@@ -135,7 +135,7 @@ class Structure:
 
         Parameters
         ----------
-        accelerator, bounds : the accelerator around the moved triangles, and its box's corners
+        accelerator, bounds : the accelerator of the moved triangles, and the corners of their box
         read_back : the moved scene and its stored triangles, (n, 3, 3) float32, or None
         """
         self.accelerator, self.bounds = accelerator, bounds

@@ -35,8 +35,8 @@ class Accelerator:
     defines : GLSL defines that follow from the structure.
     stack_levels : Largest number of levels in the stack of a ray or packet.
     finisher : Passes that complete the tables after their upload.
-    shown : The triangles that hits lie on, (n, 3, 3) float32, if the method traces a coarser level
-        of the scene; otherwise None.
+    shown : The triangles on which hits lie, (n, 3, 3) float32, if the method traces a coarser
+        level of the scene; otherwise None.
     kept : Data that the builder keeps for ``Method.refit``.
     boxes : Returns the lower and the upper corners, (k, 3) each, of the nodes' boxes, indexed by
         the state's field ``node``.

@@ -135,7 +135,7 @@ class DriverBase:
 
     @staticmethod
     def count_pass(statistics: Statistics, kernel: str | None = None) -> None:
-        """Count a pass of a single draw call. If ``kernel`` is given, count its passes too."""
+        """Count a pass of a single draw call; with ``kernel``, also as a pass of this kernel."""
         statistics.passes += 1
         statistics.draw_calls += 1
         if kernel is not None:
@@ -154,8 +154,8 @@ class MethodDriver(DriverBase):
 
     Parameters
     ----------
-    driver : the inner driver of a stage, such as sorted rays; None for a method's own driver. A
-        stage prepares the rays or their entry nodes, and then runs the inner driver
+    driver : the inner driver, if this driver is a stage (such as `SortedRays`), else None. A stage
+        prepares the rays or their entry nodes, and then runs the inner driver
     """
 
     def __init__(self, setup: Setup, driver: Driver | None = None) -> None:

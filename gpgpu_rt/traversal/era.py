@@ -117,8 +117,8 @@ class EraDriver(MethodDriver):
 
     def _repeat_tables(self) -> None:
         for texture in self.samplers.values():
-            # The integer part of an accessor's x coordinate is the texel's row; repetition drops
-            # it.
+            # The integer part of an accessor's x coordinate is the texel's row. If the texture
+            # repeats, the sampler ignores this part.
             texture.repeat_x = True
 
     def uniforms(self) -> Mapping[str, Any]:
@@ -150,7 +150,7 @@ class EraTraversal(EraDriver, Traversal):
     def _classify(self, now: Target, buffers: StateBuffers, tiles: Tiles,
                   statistics: Statistics) -> dict[int, int]:
         """Do the same as ``Traversal._classify``, and raise LimitError if the host's choices of
-        kernels exceed the step cap: states have no step counts."""
+        kernels exceed the step cap, because states have no step counts."""
         self._choices += 1
         if self._choices > self.step_cap:
             raise LimitError(f"method {self.method.name} in the era form does not end: the host "
@@ -164,7 +164,7 @@ class EraTraversal(EraDriver, Traversal):
         states.
 
         Passes are drawn in pairs, from side 0 of the buffers to side 1 and back. Before a pair,
-        side 0 has the hits of all rays, which stay valid if the kernel cannot change hits.
+        side 0 has the hits of all rays. These hits stay valid if the kernel cannot change hits.
         """
         if source is not None and kernel != TESTS_TRIANGLES:
             source, target = self._part(source, HIT), self._part(target)

@@ -33,7 +33,7 @@ RAYS = Record("packet_rays", " | ".join(
 HITS = replace(HIT, layout="t:vec4 | u:vec4 | v:vec4 | triangle:ivec4")
 """The hits of the four rays."""
 
-# Another name, because the program that copies these hits to single rays also uses HIT.
+# Renamed, because the program that copies these hits to single rays also uses HIT's name.
 _KEPT = replace(HITS, name="packet")
 
 

@@ -114,14 +114,14 @@ class Method:
     choose_tables : (options) -> records, if an option replaces a table.
     prepare : (triangles (n, 3, 3) float32, options) -> Accelerator.
     adopt : (structure, triangles, options) -> Accelerator. Like ``prepare``, for the structure of
-        another method that hands rays to this method but reads different tables.
+        another method. That method hands rays to this method, but reads different tables.
     refit : (accelerator, triangles, options) -> Accelerator with the same structure over moved
         triangles. If None, or if ``rebuild_ratio`` requires it, the tracer rebuilds the structure.
     options : The method's own options, including the builder's.
     form : (row, options) -> the row that replaces this row, if an option changes the state, the
         kernels or the drivers.
     schedules : The schedules that the method supports, the best schedule last.
-    drivers : Schedule -> class of the driver, or its name ``module.Class`` in ``traversal/``.
+    drivers : Schedule -> the driver's class, or a name ``module.Class`` in ``traversal/``.
         Without an entry, the driver is `schedules.Traversal`, or `era.EraTraversal` with ``era``.
     stack_entry : Record of a level of a stack in textures, if the method has such a stack.
     packet_state : (options) -> Stepwise, for a packet method that runs under ``step``.
@@ -130,7 +130,7 @@ class Method:
     entry_walk : GLSL file of a beam's walk through the tree, for ``entry_points``.
     own_array : (options) -> whether neighbouring fragments may write to different indices of a
         local GLSL array.
-    fixed_defines : GLSL defines of all programs of this method, to tell apart methods in one GLSL
+    fixed_defines : GLSL defines of all programs of this method, for methods that share a GLSL
         file.
     no_era_form : why the kernels do not compile in the era dialect (traversal/era.py), or empty.
     stack, packet, dynamic : Columns of the survey's Table 1.
@@ -171,8 +171,8 @@ class Method:
         return year if year.isdecimal() else ""
 
     def why_no_era_form(self) -> str:
-        """Return why the row, with default options, cannot run in the era form (traversal/era.py),
-        or "" if it can."""
+        """Return why the row has no era form (traversal/era.py) with default options, or "" if the
+        row has one."""
         return self._with_form({"era": True})._why_not_era()
 
     def _why_not_era(self) -> str:

@@ -24,9 +24,9 @@ from .stack_atlas import StackAtlas
 class PacketSteps(MethodDriver):
     """A packet method under the schedule ``step``; see ``Traversal``.
 
-    A step is two passes. In the pass over the rays, each ray tests the triangle of its packet, if
-    any. In the pass over the packets, each packet visits a node or advances to the next triangle.
-    A draw then pushes the packets' stack entries into the atlas, if there is an atlas.
+    A step is two passes. In the pass over the rays, each ray tests its packet's triangle, if there
+    is one. In the pass over the packets, each packet visits a node or advances to the next
+    triangle. A draw then pushes the packets' stack entries into the atlas, if there is an atlas.
     """
 
     keeps_states = True
@@ -147,5 +147,5 @@ class PacketStates(PingPong):
 
 
 def _of_packets(packets: Target) -> Samplers:
-    """Return the samplers of packets' records, under other names than those of rays."""
+    """Return the samplers of packets' records, under names that differ from rays' names."""
     return {f"packet_{name}": texture for name, texture in packets.samplers().items()}

@@ -45,7 +45,7 @@ class TilePass(PrimitivePass):
         self._places: moderngl.Buffer | None = None
 
     def covered(self, size: tuple[int, int]) -> np.ndarray:
-        """Return the positions (x, y), (k, 2) int, of the packets of the last draw."""
+        """Return the positions (x, y) of the k packets of the last draw, (k, 2) int."""
         drawn, side = self._squares
         packets = drawn.repeat(side, 0).repeat(side, 1)
         return np.argwhere(packets[:size[1], :size[0]])[:, ::-1]
@@ -63,7 +63,7 @@ class TilePass(PrimitivePass):
         self._squares = squares
         self.set(squares=(across, down), side=squares.side)
         self.gpu.context.enable_only(moderngl.PROGRAM_POINT_SIZE)
-        # Use whole squares: the renderer drops a point whose centre is outside the viewport.
+        # Fit whole squares: the renderer drops a point whose centre is outside the viewport.
         target.framebuffer.viewport = (0, 0, across * squares.side, down * squares.side)
         try:
             self.draw(target, samplers, moderngl.POINTS, len(places))
@@ -102,7 +102,7 @@ class PacketTiles:
         if rays.tiles is None or self.gpu.whole:
             return None
         if self.entry_tile and rays.bounded:
-            # This readback costs no extra wait: the packets' pass reads the same results.
+            # This readback costs no extra wait: the packets' pass needs the same results.
             side, some = self.entry_tile, read_field(PACKET_ENTRY, "met", samplers) != 0
         else:
             side = max(SIDE, SQUARE * max(self.packet))

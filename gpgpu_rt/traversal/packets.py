@@ -77,8 +77,8 @@ class PacketTraversal(MethodDriver):
 
     def _draw_packets(self, name: str, rays: RayTextures, room: PacketTargets,
                       statistics: Statistics, any_hit: bool, query: Any = nullcontext()) -> int:
-        """Trace the packets within an occlusion query, and return their number. Squares without a
-        ray to trace get misses."""
+        """Trace the packets within an occlusion query, and return their number. Image squares
+        that have no ray to trace get misses."""
         # Skipped squares are filled with floats, but ``rows_alone`` needs integers.
         samplers = {**self.samplers, **rays.samplers()}
         squares = None if self.rows_alone else self._tiles.squares(rays, samplers)

@@ -19,7 +19,7 @@ class StackAtlas:
 
     Parameters
     ----------
-    entry : record of a level of a stack
+    entry : record of a stack entry
     state : record of the method's state, as the state textures store it
     levels : number of stack levels
     size : (width, height) in rays or packets

@@ -1,4 +1,4 @@
-"""Triangle table: makes the table of all methods but geometry-image, and the scene's box."""
+"""Triangle table: makes the scene's box, and the triangle table, which geometry-image lacks."""
 from __future__ import annotations
 
 import numpy as np

@@ -45,7 +45,7 @@ class Controls:
         self._source = ""
 
     def draw(self, mouse: tuple[int, int]) -> None:
-        """Draw the controls into the present window. ``mouse`` is a pixel of the picture."""
+        """Draw the controls into the present window. ``mouse`` is the pixel under the pointer."""
         viewer, selection = self.viewer, self.viewer.selection
         self._first_five(selection)
         if viewer.mode == "heat":
@@ -147,7 +147,7 @@ class Controls:
     def _heading(title: str, key: str, options: Sequence[Option],
                  given: Mapping[str, Any]) -> bool:
         """Draw a heading with the number of its changed options. Return whether the heading is
-        open. ImGui identifies it by ``key``, so a new title does not close it."""
+        open. ImGui identifies headings by ``key``, so a new title closes no heading."""
         changed = len({option.name for option in options} & set(given))
         note = f" ({changed} changed)" if changed else ""
         return imgui.collapsing_header(f"{title}{note}###{key}")

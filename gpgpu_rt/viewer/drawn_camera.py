@@ -1,7 +1,7 @@
 """The camera that the viewer draws with: fitted to the picture's shape, with short numbers.
 
-The mouse moves the exact camera, but the viewer draws with this camera. A command with the short
-numbers therefore draws the same picture to the bit.
+The mouse moves the exact camera, but the viewer draws with the rounded camera. A command with the
+short numbers therefore draws the same picture to the bit.
 """
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from ..scene.camera import Camera
 # the target's distance.
 PIXEL_SHARE = 0.1
 NEAREST = 0.25
-# (part of the camera, share), in the order of rounding. A row's part and all earlier parts
-# together move the projection of a point by less than ``share`` times PIXEL_SHARE.
+# (part of the camera, share), in the order of rounding. Rounding a row's part and all earlier
+# parts moves the projection of a point by less than ``share`` times PIXEL_SHARE.
 _BUDGETS = (("fov", 0.1), ("up", 0.3), ("eye", 0.6), ("target", 1.0))
 
 

@@ -10,7 +10,7 @@ from ..text_format import counted
 from .model import Viewer
 from .widgets import quiet, room, tip
 
-HEIGHT = 40      # of a graph, pixels
+HEIGHT = 40      # height of a graph, pixels
 TIPS = {"ms": "milliseconds that each of the last pictures took",
         "rays": "millions of rays traced in a second, for the last pictures",
         "passes": "number of passes of each of the last pictures",

@@ -95,7 +95,7 @@ class HeatView:
 
 
 def _shared(method: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the tracer's part of ``options``, which were chosen for another method. Omit a
+    """Return the tracer options among ``options``, which were chosen for another method. Omit a
     schedule that ``method`` does not support. Omit ``steps_per_pass`` if a pass of ``method`` runs
     a single step."""
     known = {option.name for option in TRACER_OPTIONS}

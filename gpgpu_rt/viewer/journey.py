@@ -120,7 +120,7 @@ class Journey:
 
     @staticmethod
     def _numbers(values: np.ndarray) -> np.ndarray:
-        """Return colours of a ramp from the smallest to the largest finite value. A vector counts
+        """Colour values by a ramp from the smallest to the largest finite value. A vector counts
         as the sum of its components."""
         values = values.astype(np.float64).reshape(len(values), -1).sum(axis=1)
         finite = np.isfinite(values) & (np.abs(values) < NO_PLACE)

@@ -32,7 +32,7 @@ KEYS = (
 
 
 def draw_keys(rect: Rect) -> bool:
-    """Draw the list. Return whether the user closed it."""
+    """Draw the list. Return whether the user closed the list."""
     place("keys", rect)
     closed = imgui.small_button("close##keys")
     imgui.same_line()

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 LOW = 66                # height of the bottom panel
 # Initial width of the left panel, width of the help, initial height of a ray's table.
 PANEL, HELP, TABLE = 340, 330, 220
-LEAST_PANEL = 220       # smallest width of the left panel in a window that is wide enough
-# Largest share of the window's width for the left panel, largest share of the remaining width for
-# the help, and largest share of the height above the bottom panel for the table of a ray.
+LEAST_PANEL = 220       # Smallest width of the left panel in a window that is wide enough.
+# The left panel has at most this share of the window's width, the help at most this share of the
+# remaining width, and a ray's table at most this share of the height above the bottom panel.
 MOST_SHARE = 0.5
 
 

@@ -17,7 +17,7 @@ from imgui_bundle import imgui
 from ..gl.context import Gpu
 from ..gl.shader import compile_program
 
-BUTTONS = {1: 0, 2: 1, 3: 2}    # ImGui's numbers of the window's left, right and middle buttons
+BUTTONS = {1: 0, 2: 1, 3: 2}    # moderngl-window's button -> ImGui's: left, right, middle
 KEYS = ("TAB", "LEFT", "RIGHT", "UP", "DOWN", "PAGE_UP", "PAGE_DOWN", "HOME", "END", "DELETE",
         "BACKSPACE", "ENTER", "ESCAPE", "SPACE", *"ABCDEFGHIJKLMNOPQRSTUVWXYZ",
         "NUMBER_1", "NUMBER_2", "NUMBER_3")
@@ -209,8 +209,8 @@ class Link:
         imgui.internal.close_popup_to_level(0, True)
 
     def pressed(self, key: int, repeat: bool = False) -> bool:
-        """Return whether a key was pressed in this frame. With ``repeat``, a key that is down
-        counts again from time to time."""
+        """Return whether a key was pressed in this frame. With ``repeat``, a key that stays down
+        counts again at intervals."""
         return imgui.is_key_pressed(self._keys[key], repeat)
 
     def held(self, key: int) -> bool:

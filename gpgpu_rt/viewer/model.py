@@ -38,7 +38,7 @@ from .tracers import Tracers
 
 MODES = ("picture", "heat", "passes")
 SETTLED = 0.1           # the camera is at rest after this many seconds without a move
-JOURNEY_RAYS = 160      # largest number of rays along a side of a journey's picture
+JOURNEY_RAYS = 160      # most rays along a side of the picture in the mode "passes"
 HISTORY = 120           # number of pictures in the graphs
 
 
@@ -156,7 +156,7 @@ class Viewer:
             self._show(self.heat.pixels())
 
     def go_to(self, index: int, field: str | None = None) -> None:
-        """Show a pass of the journey by its index, and a field of ray states."""
+        """Show a pass of the journey (the recorded passes) by index, and a field of the rays."""
         if self.journey is None:
             return
         self.field = field or self.field
@@ -237,7 +237,7 @@ class Viewer:
 
     @property
     def held_back(self) -> float | None:
-        """The estimated seconds for the finest picture, if drawn only on request; else None."""
+        """The estimated seconds of the finest picture if it needs a request, else None."""
         if self.mode == "passes" or self.divisor in (None, 1) or not self.finished:
             return None
         estimate = self.pace.estimate(1)

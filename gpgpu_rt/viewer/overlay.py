@@ -25,7 +25,7 @@ def projected(camera: Camera, size: tuple[int, int], segments: np.ndarray) -> np
     nearest = 1e-4 * np.linalg.norm(np.subtract(camera.target, camera.eye))
     seen = (depth > nearest).any(axis=1)
     relative, depth = relative[seen], depth[seen]
-    # Clip segments that reach behind the eye at the nearest visible depth.
+    # At the nearest visible depth, clip segments that reach behind the eye.
     change = depth[:, ::-1] - depth
     part = np.where(depth <= nearest, (nearest - depth) / np.where(change, change, 1), 0)
     relative = relative + part[..., None] * (relative[:, ::-1] - relative)

@@ -80,7 +80,7 @@ class Panels:
         imgui.end()
 
     def _notice(self, rect: Rect) -> None:
-        """Draw a line at the top of the picture: present work, last error or report."""
+        """Draw a line at the top of the picture: present work, else the last error or report."""
         text = self.viewer.busy or self.viewer.message
         if not text:
             return

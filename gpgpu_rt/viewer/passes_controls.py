@@ -40,7 +40,7 @@ def draw_pass(viewer: Viewer, link: Link) -> None:
 
 
 def draw_state(viewer: Viewer, mouse: tuple[int, int]) -> None:
-    """Draw the choice of the field, and the state of the ray at a pixel."""
+    """Draw the list of fields to choose from, and the state of the ray at a pixel."""
     journey = viewer.journey
     if journey is None:
         return

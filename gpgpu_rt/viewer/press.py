@@ -1,4 +1,4 @@
-"""Press: a pressed mouse button of the viewer."""
+"""Press: holds the state of a pressed mouse button."""
 from __future__ import annotations
 
 from dataclasses import dataclass

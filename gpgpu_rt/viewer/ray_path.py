@@ -73,7 +73,7 @@ class RayPath:
         return None if self.row is None else self.places[self.row]
 
     def go(self, by: int) -> None:
-        """Choose the row ``by`` rows below the chosen row, or else the first row."""
+        """Choose the row ``by`` rows below the chosen row; if none is chosen, the first row."""
         at = 0 if self.row is None else self.row + by
         self.row = min(max(at, 0), len(self.rows) - 1)
 

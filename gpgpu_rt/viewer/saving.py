@@ -1,4 +1,4 @@
-"""Saving: write a picture as PNG, and its settings into the PNG and a JSON file."""
+"""Saving: write a picture as PNG, and the settings into the PNG and a JSON file."""
 from __future__ import annotations
 
 import json
@@ -38,7 +38,7 @@ def picture_of(viewer: Viewer) -> Image.Image:
 
 
 def write(path: Path, image: Image.Image, settings: Mapping[str, Any]) -> None:
-    """Write the PNG and the JSON file of its settings. Each file is either complete or absent."""
+    """Write the PNG and the JSON file of the settings. Each file is either complete or absent."""
     held = PngImagePlugin.PngInfo()
     held.add_text(KEY, json.dumps(settings, default=str))
     with replacing(path) as temporary:

@@ -104,7 +104,7 @@ class Selection:
         return replace(self, options=_set(self.options, self.known(), name, value))
 
     def with_integrator(self, name: str) -> Selection:
-        """Return the selection with another integrator. Keep the options that it accepts."""
+        """Return the selection with a new integrator. Keep options that the integrator accepts."""
         known = {option.name: option for option in find_integrator(name).options}
         light = {option: value for option, value in self.light.items()
                  if option in known and known[option].accepts(value)}

@@ -5,7 +5,7 @@ const chosen = {method: runnable[0], schedule: null, most: null, heat: false, sc
 const ANSWER = 40;          // milliseconds that a picture may take while the camera turns
 const PROGRESS = 250;       // milliseconds between two pictures of an unfinished trace
 const PLAYED = 240;         // approximate number of pictures when a search is played
-// A method opens with the first of these schedules that it has. `loop` has no steps, so it cannot show the search.
+// The page opens a method with the first of these schedules that the method has. `loop` has no steps to show.
 const OPENS = ["step", "kernels", "loop"];
 const SIDES = [512, 384, 256, 192, 128, 96, 64, 48, 32];
 let surfaces = null, result = null, busy = false, wanted = false, playing = false, lost = false;
@@ -95,7 +95,7 @@ function paint(found, drawn, camera, side) {
     result = {...found, side, camera, schedule: drawn};
 }
 
-// Returns the function that shows an unfinished trace now and then.
+// Returns the function that shows an unfinished trace every PROGRESS milliseconds.
 function progress(began, drawn, camera, side) {
     let last = began;
     return async (states, step) => {
@@ -158,7 +158,7 @@ function count(drawn, found, camera, side) {
     steps();
 }
 
-// Shows the present step in the slider, the chart, the space and the program.
+// Shows the present step in the slider, the chart, the view of space and the program.
 function steps() {
     const slider = element("pass"), found = presentSurvey();
     slider.value = chosen.most === null ? slider.max : chosen.most;

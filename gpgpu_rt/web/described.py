@@ -1,10 +1,10 @@
-"""The description of a schedule's passes, made from the passes that a tracer draws.
+"""Describes a schedule's passes for the web page, from the passes that a tracer draws.
 
-The host observes the passes of a picture of test rays. Two passes are equal if they have the same
-program, inputs and target. The description names the passes before the first repeated pass, and
-the passes of a cycle, or of one cycle per kernel. The page's script (passes.js) repeats cycles
-until no ray is alive. A cycle consists of turns: each turn begins with the cycle's first program,
-and successive turns may write to different targets.
+The host observes the passes that trace test rays. Two passes are equal if they have the same
+program, inputs and target. The description lists the passes before the first repeated pass, and
+then a cycle, the passes that repeat. Under ``kernels``, each kernel has a cycle. The page's script
+(passes.js) repeats cycles until no ray is alive. A cycle consists of turns. Each turn begins with
+the cycle's first program, and successive turns may write to different targets.
 """
 from __future__ import annotations
 
@@ -131,12 +131,12 @@ class Described:
         return {"states": states, "hits": [hits, self._hits[hits]]}
 
     def _sampled_as(self, passes: Sequence[ObservedPass], sampler: str) -> dict[int, int]:
-        """Return target -> output, for the targets that passes read through a sampler."""
+        """Return target -> output for the targets that passes read through ``sampler``."""
         return dict(self._places[one.inputs[sampler].glo] for one in passes
                     if sampler in one.inputs and one.inputs[sampler].glo in self._places)
 
     def _place(self, one: ObservedPass) -> None:
-        """Number the pass's target, if it is new."""
+        """Give a number to the pass's target, if the target is new."""
         if one.outputs[0].glo in self._places:
             return
         width, height = one.outputs[0].size
@@ -151,7 +151,7 @@ class Described:
         self._targets.append(told)
 
     def _number(self, one: ObservedPass) -> int:
-        """Return the number of a pass; equal passes share it."""
+        """Return the number of a pass. Equal passes have the same number."""
         key = _key(one)
         if key not in self._numbers:
             self._numbers[key] = len(self._passes)
@@ -168,7 +168,7 @@ class Described:
                 inputs[sampler] = f"table:{self._tables.texture(texture)}"
             else:
                 raise NotInBrowser(f"neither a pass nor a table provides {sampler}")
-        # Readers see the program's printed form. It computes the same bits.
+        # The page has the program's printed form, which computes the same bits.
         sized, fragment = self._sized(one), program_text(self._printed[one.texts[1]])
         if self._packets:
             fragment = without_do(fragment)

@@ -1,4 +1,4 @@
-"""Export: the passes of a method, as a description that the page's player runs.
+"""Export: describes the passes of a method, for the player on a page.
 
 The host draws a few passes and observes them. The description names the programs in GLSL ES, the
 tables, and what each pass reads and writes. One player (player.js, passes.js) runs all methods.
@@ -36,8 +36,8 @@ class WebMethod:
     name, summary, citation : as in the method's row of the method table
     about : the paragraphs of the method's manual
     schedules : the passes of each schedule that runs in a browser
-    test : the test's rays (``side`` and ``eye``), and the numbers of two tables. The first table
-        has the rays' directions, the second their hits (t, u, v, and the triangle or -1)
+    test : the image's ``side``, the ``eye``, and the numbers of two tables: ``directions`` of the
+        test's rays, and ``hits`` (t, u, v, and the triangle or -1)
     costs : the steps and nodes of the test's rays, and the ray with the most steps
     """
 

@@ -1,4 +1,4 @@
-"""Gallery: a folder of pages that trace in a browser, with an index; ready to be published."""
+"""Gallery: writes a folder of pages that trace rays in a browser, and an index of the pages."""
 from __future__ import annotations
 
 import statistics
@@ -42,12 +42,12 @@ class Gallery:
 def write_gallery(scene: Scene, names: Sequence[str], folder: str,
                   left_out: dict[str, str] | None = None,
                   say: Callable[[str], None] = lambda line: None) -> Gallery:
-    """Write a page for each method, the pages beside figures (twins.py), and an index.
+    """Write a page per method, pages for figures of the survey (twins.py), and an index.
 
     Parameters
     ----------
     scene : the scene of the methods' pages
-    names : the methods that get a page each. The pages beside figures have their own methods
+    names : the methods that get a page each. The figures' pages have their own methods
     folder : the folder, created if it is missing. Other files in the folder stay, but the earlier
         page of a method that does not run is deleted
     left_out : receives name -> reason for each method that does not run on this scene and is left

@@ -1,7 +1,7 @@
-"""Packing: float32 tables as short texts, from which the page recovers the same bits.
+"""Packing: packs float32 tables into short texts, from which the page recovers the same bits.
 
-A row is one to MOST_TEXELS successive texels, whichever number packs best. Each component of a row
-is a column. Each number is predicted, and the differences from the predictions are stored byte
+A row holds 1 to MOST_TEXELS successive texels, the number that packs best. Each component of a row
+is a column. Each value is predicted, and the differences from the predictions are stored byte
 plane by byte plane, which compresses well. `unpack.js` reverses these steps.
 """
 from __future__ import annotations
@@ -16,9 +16,9 @@ import numpy as np
 # more than the largest number before it.
 PREDICTIONS = ("none", "previous", "row", "fresh")
 MOST_TEXELS = 4     # largest number of texels in a row
-SAMPLE = 1 << 13    # rows from which the prediction of a column is chosen
+SAMPLE = 1 << 13    # number of rows from which the prediction of a column is chosen
 # Another column, the key, can divide a column into classes: the key's value 0, 1, 2, ... is the
-# class of the row. The last class has this number and also holds all larger values.
+# class of the row. CLASSES is the last class, which also holds the rows of all larger values.
 CLASSES = 3
 
 
@@ -30,8 +30,8 @@ def packed_table(values: np.ndarray) -> dict[str, Any]:
     dict
         "values" and "width": the numbers of values and of columns. "data": the bytes of all
         columns, compressed by raw deflate, as base64. "columns": [number, codes] of each column,
-        in the order of "data". The codes are [kind, prediction, number of byte planes]; those of a
-        column that a key divides into classes are [key column, last class, a list of the codes of
+        in the order of "data". The codes are [kind, prediction, number of byte planes]. If a key
+        divides the column into classes, they are [key column, last class, a list of the codes of
         each class].
     """
     flat = np.ascontiguousarray(values, "<f4").ravel()
@@ -44,7 +44,7 @@ def packed_table(values: np.ndarray) -> dict[str, Any]:
 
 
 class _Columns:
-    """A table with ``width`` columns. Each column has the codes that pack its sample best.
+    """A table with ``width`` columns. Each column has the codes that pack SAMPLE rows of it best.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class _Columns:
             self.cost += cost * len(self.table) / max(len(sample), 1)
 
     def codes(self) -> tuple[list[Any], list[bytes]]:
-        """Return [number, codes] of each column, undivided columns first, and their bytes."""
+        """Return [number, codes] of each column, undivided columns first, and each one's bytes."""
         told, parts, rows = [], [], np.arange(len(self.table))
         for k in sorted(self._codes, key=lambda k: isinstance(self._codes[k][0], int)):
             codes, column = self._codes[k], self.table[:, k]

@@ -38,12 +38,12 @@ MOST_BYTES = 64 << 20
 def write_page(scene: Scene, names: list[str], path: str,
                left_out: dict[str, str] | None = None, title: str = "",
                caption: str = "") -> list[WebMethod]:
-    """Write the page of a scene, and return its methods.
+    """Write the page of a scene, and return the page's methods.
 
     Parameters
     ----------
-    left_out : receives name -> reason for each method that does not run on this scene and is left
-        out
+    left_out : receives name -> reason for each method that does not run on this scene; the page
+        leaves such a method out
     title, caption : the page's heading, and a sentence below it. The default heading names the
         scene, and the method if there is only one
 
@@ -110,8 +110,8 @@ def _kernel_colours() -> str:
 
 
 def _wires(scene: Scene, tables: PageData) -> dict[str, Any]:
-    """Return the triangles whose edges the page draws. Their corners are integers from 0 to 4095
-    across the scene's box. In a large scene, draw its largest triangles and a sample of others."""
+    """Return the triangles whose edges the page draws: in a large scene, the largest triangles
+    and a sample of others. Their corners are integers from 0 to 4095 across the scene's box."""
     corners = scene.triangles.astype(np.float64)
     if len(corners) > MOST_WIRES:
         edges = corners[:, 1:] - corners[:, :1]

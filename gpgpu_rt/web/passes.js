@@ -1,15 +1,15 @@
-// Draws the passes of a schedule in order, and repeats the turns of its cycles until no ray is alive. A turn is a part
-// of a cycle, and ends with complete states and hits (gpgpu_rt/web/described.py).
+// Draws the passes of a schedule in order, and repeats its cycles until no ray is alive. A cycle consists of turns.
+// After each turn, the states and hits are complete (gpgpu_rt/web/described.py).
 
 // Number of turns between two counts of the live rays; half as many with several cycles.
 const CHECKED = 16;
 const MOST_TURNS = 60000;   // a search that takes more turns is stopped
 const MOST_RECTANGLES = 1 << 14;
 
-// Draws the passes of a schedule. Returns the directions, the last states and hit, and the number of passes and
+// Draws the passes of a schedule. Returns the directions, the last states and hits, and the numbers of passes and
 // turns. The texture `directions` replaces the directions of the camera's rays. `most` limits the turns. `place`
-// names the targets, so that simultaneous traces share no target. The trace ends early if `stopped()` is true. `seen`
-// receives the states and the number of turns, after the set-up and after each turn. Throws a LostContext.
+// names the targets, so that simultaneous traces share no target. The trace ends early if `stopped()` is true.
+// `seen(states, turns)` is called after the set-up and after each turn. Throws a LostContext.
 async function trace(schedule, camera, width, height,
                      {directions = null, most = MOST_TURNS, place = "picture", stopped = () => false,
                       seen = null} = {}) {
@@ -90,8 +90,8 @@ function bound(pass, made, output, textures, own, rays) {
     return (live) => draw(pass.vertex, pass.fragment, into, uniforms, inputs, ...spread(live, into));
 }
 
-// Returns the rectangles of live rays in a target (null: the whole target), and their unit's side in texels. A unit is
-// the part of the target that one state covers, such as a packet's rays. An atlas has several tiles of this size.
+// Returns the rectangles of live rays in a target (null: the whole target), and the side in texels of their unit: the
+// part of the target that one state covers, such as a packet's rays. Each tile of an atlas gets all rectangles.
 function spread(live, {tile, across, levels}) {
     const [width, height] = live ? live.size : tile, texels = tile[0] / width;
     if (!live || !live.corners || !Number.isInteger(texels) || tile[1] !== texels * height
@@ -115,8 +115,8 @@ function field(schedule, name) {
     return [texel, "xyzw".indexOf(swizzle)];
 }
 
-// Counts the rays, or packets, that wait for each kernel, in squares of TILE x TILE. `steps()` of the result is the
-// largest number of steps of a ray.
+// Counts the rays, or packets, that wait for each kernel, in squares of TILE x TILE. `steps()` of the result returns
+// the largest number of steps of a ray.
 function look(schedule, states, place) {
     const [[phase, a], [steps, b]] = [field(schedule, "phase"), field(schedule, "steps")];
     const size = sizeOf.get(states[phase]), [across, down] = size.map((length) => Math.ceil(length / TILE));

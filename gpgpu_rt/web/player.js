@@ -8,13 +8,13 @@ const {NO_TRIANGLE, TILE} = page.constants;   // TILE: side in rays of the squar
 const UNWRITTEN = -2;      // value of a target's texels before any fragment is written
 const SLICE = 30;           // milliseconds of passes between two pauses for the page's events
 
-// Thrown when the WebGL context is lost. A listener (start.js) already tells the reader, so whoever catches this error
-// shows no message.
+// Thrown when the WebGL context is lost. A listener (start.js) already tells the reader, so code that catches this
+// error shows no message.
 class LostContext extends Error {}
 let losses = 0;             // how often the context was lost
 
 // Returns a function that throws a LostContext if the context was lost since `watched` was called. Asynchronous work
-// calls the function after each pause: after a loss, its textures are gone even if the context was restored meanwhile.
+// calls the function after each pause: after a loss, textures are gone, even if the context was restored meanwhile.
 function watched() {
     const before = losses;
     return () => {
@@ -87,7 +87,7 @@ async function tableTexture(number) {
     return texture(width, height, components, texels);
 }
 
-// The promise of the corners of the scene's triangles, nine numbers each.
+// The promise of the corners of the scene's triangles, nine numbers per triangle.
 let corners = null;
 function sceneCorners() {
     return corners ??= expandedCorners();
@@ -100,7 +100,7 @@ async function expandedCorners() {
     return expanded;
 }
 
-// Returns the texels of a triangle table, three a triangle: v0 and the triangle's number; v1 and whether the triangle
+// Returns a triangle table, three texels per triangle: v0 and the triangle's number; v1 and whether the triangle
 // is the last of its leaf; v2.
 async function triangleTable(rows, length) {
     const from = await sceneCorners(), texels = new Float32Array(length);

@@ -49,7 +49,7 @@ function marked(lines, kernels) {
     return found;
 }
 
-// Marks the kernel for which the clicked ray waits. With `scrolls`, scrolls to this kernel if it is a new one.
+// Marks the kernel for which the clicked ray waits. With `scrolls`, scrolls to this kernel if it has changed.
 function markKernel(kernel, scrolls) {
     const box = element("text"), marks = [...box.querySelectorAll("mark")];
     for (const mark of marks) mark.classList.toggle("present", mark.dataset.kernel === kernel);

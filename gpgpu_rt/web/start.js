@@ -121,7 +121,7 @@ async function restore() {
     await begin();
 }
 
-// Draws the first picture, then prepares the rest of the page. Throws a LostContext; `restore` then repeats `begin`.
+// Draws a picture, then prepares the page. If the context is lost, throws LostContext; `restore` then calls `begin`.
 async function begin() {
     const check = watched();
     announceTest();

@@ -22,7 +22,7 @@ def structure_of(method: Method) -> dict[str, Any]:
     -------
     ``kernels`` names the kernels in the order of their phases. ``boxes`` is "cells" for a grid,
     "planes" for a kd-tree, "boxes" for nodes with boxes, and "" otherwise. ``places`` maps a field
-    to (sampler, texels of a record, the field's texel, swizzle). ``lags`` says whether the state
+    to (sampler, texels per record, the field's texel, swizzle). ``lags`` says whether the state
     already names the next node while a ray tests triangles.
     """
     tables = {record.name: record for record in method.tables if isinstance(record, Record)}

@@ -25,7 +25,7 @@ def local_cluster(count: int | None, threads: int | None) -> Any:
     import dask
     dask.config.set({"distributed.deploy.lost-worker-timeout": LOST})
     # Create the cluster in a separate thread that blocks Ctrl-C. Then no process of the cluster
-    # receives Ctrl-C, not even one that later replaces a killed worker. The calling thread does.
+    # receives Ctrl-C, not even a later replacement of a killed worker. The calling thread does.
     with dask.config.set({
             # A worker may be silent for minutes while it draws a pass.
             "distributed.scheduler.worker-ttl": None,

@@ -36,7 +36,7 @@ def taken(waiting: Callable[[], object] = lambda: None) -> Iterator[None]:
 
     Notes
     -----
-    The lock is an operating system lock on a file of this user. Its process's end releases it.
+    The lock is an operating system lock on a file of this user, and ends with the process.
     """
     with _turn:
         if _held:
@@ -85,7 +85,7 @@ def alone() -> Iterator[None]:
 
 @contextlib.contextmanager
 def helped(by: Processes) -> Iterator[None]:
-    """Return a context in which helpers, other processes of this machine, work for this process.
+    """Return a context in which helpers work for this process. Helpers are other processes.
 
     While this process holds the exclusive lock (`alone`), its helpers are stopped in the middle of
     their work. Helpers need no lock themselves.

@@ -11,7 +11,7 @@ from ..errors import Error
 from ..scene import catalogue
 from .digest import digest
 
-Files = Mapping[str, bytes]     # the content of each file by its name
+Files = Mapping[str, bytes]     # name of a file -> its content
 
 
 def mesh_files(scene: str) -> Files:

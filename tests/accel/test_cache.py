@@ -85,8 +85,8 @@ def test_a_structure_of_ones_own_comes_back(folder: Path, monkeypatch, tmp_path)
 
 
 def test_builder_options_triangles_and_text_all_make_another_file(folder, monkeypatch) -> None:
-    """A new builder, option, triangle or source text makes a new file. An equal value in another
-    type, such as a list for an array, does not."""
+    """A new builder, option, triangle or source text makes a new file. An equal value of another
+    type, such as a list instead of an array, does not."""
     triangles = random_soup(40, 2)
     nudged = triangles.copy()
     nudged[-1, -1, -1] = np.nextafter(nudged[-1, -1, -1], np.float32(9))

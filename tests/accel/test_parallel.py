@@ -1,6 +1,6 @@
 """A parallel build with any number of workers gives the same tree as a build in one process.
 
-No failure leaves processes or shared memory behind.
+After a failure, no worker process and no shared memory remains.
 """
 from __future__ import annotations
 

@@ -55,8 +55,8 @@ def test_engines_answer_the_same_question(engine, kind: str) -> None:
 
 
 def test_compact_rays_are_those_of_pixels_with_one() -> None:
-    """A pixel has a ray if no component of its ray is NaN and the direction is not zero. `compact`
-    keeps only the rays of such pixels."""
+    """A ray with a NaN component or a zero direction marks a pixel without a ray. `compact` drops
+    such rays."""
     nan = np.float32(np.nan)
     rays = Workload(np.float32([[0, 0, 0], [nan] * 3, [2, 0, 0], [3, 0, 0]]),
                     np.float32(np.ones((4, 3))), 2, np.float32([1, 2, 3, 4]), True)
@@ -114,7 +114,7 @@ def test_embree_in_c_tells_of_a_failed_compilation(monkeypatch, tmp_path) -> Non
 
 
 def test_an_engine_of_few_rays_says_of_how_many(capsys) -> None:
-    """If an engine traces only a part of the rays, the engine's title gives their number."""
+    """If an engine traces only a part of the rays, its title gives the number of these rays."""
     own = next(one for one in ENGINES if one.name == OWN)
     if own.missing:
         pytest.skip(own.missing)
@@ -208,7 +208,7 @@ def test_the_chart_says_what_the_table_does(apart: list[Entry], tmp_path) -> Non
     draw([("box", "mirror rays of 64 x 64 pixels", apart),
           ("box", "eye rays", [_entry("grid", [1.0, 1.0, 1.0], [])])],
          str(tmp_path / "b.svg"), "llvmpipe, on 2 threads")
-    # The SVG draws text as outlines, each with a comment that holds the text. The chart's
+    # The SVG draws text as outlines. A comment beside each outline holds the text. The chart's
     # lowest bar comes first.
     texts = [line.strip()[5:-4] for line in (tmp_path / "b.svg").read_text().splitlines()
              if line.strip().startswith("<!--")]

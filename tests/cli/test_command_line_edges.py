@@ -207,7 +207,7 @@ def test_a_number_beyond_floats_is_an_option_error() -> None:
 
 
 def test_a_folder_in_place_of_the_lock_file_is_an_error(tmp_path: Path, monkeypatch) -> None:
-    """A folder in the place of the machine's lock file is an error that says what to remove."""
+    """A folder in place of the machine's lock file gives an error that says what to remove."""
     monkeypatch.setattr(machine, "_file", lambda: tmp_path)
     with pytest.raises(rt.Error, match="cannot lock.*remove what is there"), machine.taken():
         pass

@@ -2,9 +2,9 @@
 box, the search tests the triangle, unless float64 already proves a miss.
 
 Without ``tree``, this search shares no code with `gpgpu_rt.reference`, because it finds candidates
-with a slab test of its own. With ``tree``, it finds them in the reference's tree of boxes, which
-is ten times as fast. In both cases, a ray's direction spans a volume with each edge of a triangle,
-and the signs of the three volumes decide whether the ray hits. The reference uses Cramer's rule.
+with a slab test of its own. With ``tree``, it uses the reference's tree of boxes and is ten times
+as fast. In both cases, a ray's direction spans a volume with each edge of a triangle, and the
+signs of the three volumes decide whether the ray hits. The reference uses Cramer's rule.
 """
 from __future__ import annotations
 

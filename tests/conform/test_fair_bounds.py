@@ -2,8 +2,8 @@
 
 The bounds are those of fair engines. A fair engine rounds like float32, but its operations
 together may lose up to four more bits. Its rays may pass between two triangles at their common
-edge, and then hit nothing or a triangle behind. But no triangle test has a false hit or a wrong t,
-except at slivers and at tiny triangles far from the ray.
+edge, and then hit nothing or a triangle behind both. But no triangle test has a false hit or
+a wrong t, except at slivers and at tiny triangles far from the ray.
 """
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Each family of the suite finds faults: a test puts a fault into the project's own programs, and
-some of the family's rays must then get wrong answers."""
+"""Each family of rays in the conformance suite finds faults: a test puts a fault into the
+project's programs, and some rays of the family must then get wrong answers."""
 from __future__ import annotations
 
 import shutil

@@ -1,5 +1,5 @@
-"""The conformance suite: this project's methods have no wrong ray, crashes and hangs of engines
-are counted, and verdicts are right."""
+"""Checks the conformance suite: verdicts are right, crashes and hangs of engines are counted, and
+this project's methods answer no ray wrongly."""
 from __future__ import annotations
 
 import importlib.util

@@ -237,7 +237,7 @@ def test_an_archive_that_inflates_is_refused(tmp_path: Path, monkeypatch) -> Non
         read_npz(tmp_path / "r.npz", "rays")
     assert read_npz(tmp_path / "r.npz", "rays", names=("directions",)) == {}
     np.savez(tmp_path / "r.npz", origins=np.zeros((10 ** 6, 3)))
-    assert len(read_npz(tmp_path / "r.npz", "rays")) == 1  # no larger than the file
+    assert len(read_npz(tmp_path / "r.npz", "rays")) == 1  # the array is no larger than the file
 
 
 @pytest.mark.parametrize("shape", [(10 ** 9, 3), (10 ** 18, 10 ** 18), (-1, 3)])

@@ -150,8 +150,8 @@ def cells_visited(tracer: rt.Tracer, origins: np.ndarray,
 def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: float) -> None:
     """A grid visits the cells that a ray crosses, if the ray's segment in the cell is long enough.
 
-    Row 28: long enough is more than twice the padding of boxes. Row 29: long enough is more than
-    1e-9, and 1.7 % of the rays may miss such a cell.
+    In row 28, the segment must be longer than twice the padding of boxes. In row 29, it must be
+    longer than 1e-9, and 1.7 % of the rays may miss such a cell.
     """
     case = make_case(name, 300, 5)
     with rt.Tracer(case.scene, method, schedule="step", **case.options[method]) as tracer:
@@ -171,7 +171,7 @@ def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: fl
 @pytest.mark.parametrize("far", [False, True], ids=["near", "moved-1e4"])
 @pytest.mark.parametrize("method, options", [
     pytest.param(name, options, id="-".join([name, *map(str, options.values())]))
-    for name in BVH if not ROWS[name].single  # no packets, whose rays visit nodes together
+    for name in BVH if not ROWS[name].single  # no packets: their rays visit nodes together
     for options in variants(name) if set(options) <= {"quantise_nodes"}])
 def test_rows_31_and_32_nodes_visited_contain_the_exact_ones(method: str, options: dict, far: bool,
                                                              seed: int) -> None:

@@ -1,5 +1,5 @@
 """Tests every case of the catalogue with every method and each choice of the method's options. The
-quick suite leaves out many of these combinations.
+quick suite omits many of these combinations.
 
 The catalogue is `gpgpu_rt/conform/families.py`. The hits of brute force are within each ray's
 error bounds, so no hit is wrong. Every other method returns the same bits as brute force, so none
@@ -21,7 +21,7 @@ from gpgpu_rt.methods import find_method
 
 QUICK, FULL = 512, 32_768
 # The quick suite tests options of builders and of traversal in these cases; the full suite tests
-# them in all cases.
+# these options in all cases.
 TELLING = ("moved-1e4", "in-planes", "box-corners", "flat-soup")
 # The quick test of every method skips these cases, because other quick tests cover them for every
 # method, or because they are slow to build.

@@ -19,7 +19,7 @@ from gpgpu_rt.conform.case import Case
 from gpgpu_rt.conform.flat_families import FLATS, Flat
 
 QUICK = [Flat(0, 0.0), Flat(1, 0.0, count=2)]
-SLOW_TO_INSERT = 100  # with more triangles, a builder that inserts one at a time is slow
+SLOW_TO_INSERT = 100  # builders that insert triangles singly are slow with more triangles
 MILLION = 10**6
 
 
@@ -76,7 +76,7 @@ def test_every_method_returns_its_bits(precise_renderer, method: str, flat: Flat
 
 def test_every_hit_is_found_again(precise_renderer) -> None:
     """`trace_all` finds the hits of all coplanar triangles at one t. Each of its searches begins
-    at the t of the hit that the search before found."""
+    at the t of the hit that the previous search found."""
     case, brute = traced(QUICK[0], 300, 3)
     counts = []
     for method in ("brute-force", "bvh-threaded", "bih"):
@@ -101,8 +101,8 @@ def settings() -> list:
 @pytest.mark.parametrize("seed", [11], ids="seed{}".format)
 @pytest.mark.parametrize("method, options", settings())
 def test_a_million_rays(precise_renderer, method: str, options: dict, seed: int) -> None:
-    """Each method traces a million rays, in equal shares in all flat scenes. With options, a
-    method traces them in every seventh scene; these scenes include each axis, place and size."""
+    """Each method traces a million rays, in equal shares in all flat scenes. With options,
+    only every seventh scene is used; these scenes include each axis, place and size."""
     flats = FLATS if not options else FLATS[::7]
     rays = -(-MILLION // (2 * len(flats)))
     if options.get("build") == "goldsmith-salmon":

@@ -45,7 +45,7 @@ def test_row_8_scaled_scenes(precise_renderer, method: str, exponent: int) -> No
 @pytest.mark.parametrize("method", METHODS)
 def test_row_8_scaled_by_other_factors(method: str, scale: float) -> None:
     """Scaling by other factors rounds the corners, but the mesh stays closed and no ray leaks
-    from it."""
+    out."""
     case = make_case("sphere-edges", 1000, 2)
     triangles = (case.triangles.astype(np.float64) * scale).astype(np.float32)
     origins = (case.origins.astype(np.float64) * scale).astype(np.float32)

@@ -1,5 +1,4 @@
-"""Checks the table of docs/extremes.md that gives the errors of t for rays that start beside long
-thin triangles."""
+"""Checks docs/extremes.md: the errors of t for rays that start beside long thin triangles."""
 from __future__ import annotations
 
 import re
@@ -19,9 +18,9 @@ RAYS = 4000
 
 
 def rays_inside(height: int, sections: int) -> tuple[np.ndarray, np.ndarray]:
-    """Returns origins and random directions, (RAYS, 3) float32 each, of rays in a cylinder of
-    radius 1 with flat sides. The origins lie 1e-4 to 0.1 inside the largest round cylinder that
-    fits into this cylinder."""
+    """Returns origins and random directions, (RAYS, 3) float32 each, of rays in a prism with
+    ``sections`` sides and corners at radius 1. The origins lie 1e-4 to 0.1 inside the largest
+    cylinder that fits into the prism."""
     rng = np.random.default_rng(3)
     angle, distance = rng.uniform(0, 2 * np.pi, RAYS), 10.0 ** rng.uniform(-4, -1, RAYS)
     radius = np.cos(np.pi / sections) - distance

@@ -21,11 +21,11 @@ def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Itera
     The OpenGL context is current during the call.
 
     ``state`` and ``hit`` map names of fields to arrays with an entry per texel. The state buffers
-    are cleared first, because fresh textures may hold anything.
+    are cleared before a traversal, because fresh textures may hold anything.
 
     ``hit`` is empty for a pass over packets. If a driver keeps no states between passes, ``look``
     is called after each draw of states or hits. Without such a draw, ``look`` is called once with
-    the result of the whole run.
+    the result of the traversal.
     """
     driver, names = tracer.session.driver, (tracer.method.state.name, HIT.name)
     run, seen = driver.run, []

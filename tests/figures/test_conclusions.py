@@ -307,7 +307,7 @@ def test_seconds_spent_are_those_of_all_cells(tmp_path: Path) -> None:
     assert [one["tree"]["leaves"] for one in found] == sorted(
         {one["tree"]["leaves"] for one in found})
 
-    def spent() -> tuple[float, int]:  # a cell that two pages use counts once
+    def spent() -> tuple[float, int]:  # count a cell once, even if two pages use it
         for name in ("fig02", "fig03"):
             (tmp_path / f"{name}.md").write_text(name)
             provenance.record(name, cells, tmp_path, tmp_path, False)

@@ -186,8 +186,8 @@ def test_figure_10_is_the_walk_and_shows_the_slip() -> None:
 
 
 def test_the_printed_rule_is_right_where_no_plane_lies_behind(monkeypatch) -> None:
-    """The origin of this ray lies outside the box, and no t_split on the ray's way is negative.
-    Then the corrected rule agrees with the printed rule of the survey's Figure 10."""
+    """The origin of this ray lies outside the box, and no plane on its way has a negative t. Then
+    the corrected rule agrees with the printed rule of the survey's Figure 10."""
     outside = World(SMALL.scene, SMALL.triangles, SMALL.tree, SMALL.lo, SMALL.hi,
                     (SMALL.origin - SMALL.direction).astype(np.float32), SMALL.direction)
     found = walk(fig10.METHOD, outside)

@@ -1,4 +1,4 @@
-"""Charts that no other test draws keep the rules of charts (`chart_rules.py`)."""
+"""Two charts, which no other test draws, obey the rules of charts (`chart_rules.py`)."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -36,9 +36,9 @@ def page_rows() -> dict[str, list[dict[str, float]]]:
     """Returns four rows of docs/notes/bvh.md for each method with its options. A row maps scenes
     to numbers.
 
-    The first row has the nodes that rays visit without entry points, the second the nodes that
-    rays visit with entry points, and the third the nodes that beams visit. The fourth row is the
-    first row divided by the sum of the second and the third.
+    Three rows have numbers of nodes: visited by rays without entry points, visited by rays with
+    entry points, and visited by beams. The fourth row is the first row divided by the sum of the
+    second and the third row.
     """
     found: dict[str, list[dict[str, float]]] = {}
     scenes, rows = [], None

@@ -169,7 +169,7 @@ def test_a_missed_bar_is_named_with_its_distance() -> None:
 
 
 def test_counts_of_an_image_keep_the_runs_of_each_ray() -> None:
-    """All four forms have the same kernel runs. The forms differ in lanes and passes."""
+    """All four forms of a program have the same kernel runs, but differ in lanes and passes."""
     scene = load_scene("cornell")
     found = era_counts.measure(scene, workload("cornell", EYE, 256), "bvh-threaded", {}, "G80")
     assert found["pixels"] == 256 * 256

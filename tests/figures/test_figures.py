@@ -1,4 +1,4 @@
-"""The pages of the figures show the numbers of the JSON files, and measured cells are kept."""
+"""The pages of figures show the numbers of the JSON files; finished measurements are kept."""
 from __future__ import annotations
 
 import csv
@@ -32,7 +32,7 @@ from gpgpu_rt.figures.survey import fig22_large_scenes as fig22
 from gpgpu_rt.figures.survey import tree_sizes
 from gpgpu_rt.methods.kdtree.tree import LEAF as KD_LEAF_AXIS
 
-# Columns that only this program has, so no paper publishes their numbers.
+# No paper publishes numbers for these columns, because only this program has them.
 NOT_PUBLISHED = {("fig13", fig13.SKIPPING), ("fig22", fig22.FAST), ("fig22", fig22.CPU)}
 COMPARISONS = [fig12.FIGURE, fig13.FIGURE, fig16.FIGURE, fig20.FIGURE, fig22.FIGURE]
 CELL = Cell("cornell", "kd-restart", size=16, runs=1)
@@ -142,8 +142,8 @@ def test_tables_hold_the_measured_numbers(figure, tmp_path) -> None:
 @pytest.mark.parametrize("full", [False, True], ids=["quick", "full"])
 @pytest.mark.parametrize("figure", COMPARISONS, ids=lambda f: f.name)
 def test_papers_are_compared_with_the_triangle_test_of_their_time(figure, full: bool) -> None:
-    """Every cell of our methods names PERIOD_TEST once. A cell of embreex names no triangle
-    test."""
+    """Every cell that measures our methods has PERIOD_TEST once among its options. A cell that
+    measures embreex names no triangle test."""
     for cell in figure.cells(full):
         tests = [option for option in cell.options if option[0] == PERIOD_TEST[0]]
         assert tests == ([] if cell.method == ON_CPU else [PERIOD_TEST])
@@ -204,7 +204,7 @@ def test_another_cpu_is_left_out_of_tau(tmp_path) -> None:
 
 
 def test_packets_counters_are_shared_out() -> None:
-    """A fetch of a packet counts once for its four rays. Pixels without a ray do not count."""
+    """A packet's visit of a node counts once for its rays. Pixels without a ray do not count."""
     cell = Cell("cornell", "kd-packet", size=16, work="mirror rays 3", runs=1)
     result = measure.run(cell)
     rays = workload("cornell", "mirror rays 3", 16)
@@ -221,8 +221,8 @@ def test_packets_counters_are_shared_out() -> None:
     (3.0, "The claim does not hold on")])
 def test_mirrors_and_packets(last: float, says: str, tmp_path) -> None:
     """Figure 14 shows the verdict, and the ratio of rates at each bounce and over all bounces so
-    far. A packet visits 5 nodes per ray, so its four rays visit 20 nodes together. A single ray
-    visits 10 nodes, so the rays of a packet have parted."""
+    far. A packet of four rays visits 5 nodes per ray, which is 20 nodes. A single ray visits only
+    10 nodes, so the rays of a packet take different paths."""
     for bounces in fig14.BOUNCES:
         ratio = 2 + (last - 2) * bounces / 5
         for method, ns, nodes in ((fig14.SINGLE, 100.0, 10), (fig14.PACKET, 100.0 / ratio, 5)):

@@ -24,7 +24,7 @@ from gpgpu_rt.hardware.trace import record_trace
 
 
 def _keep(data: Path, cell: Cell, gap: dict[str, Any]) -> None:
-    """Writes a cell's file as if the cell had been measured with the result ``gap``."""
+    """Writes the file of a cell (framework/cell.py) as if ``gap`` were its measured result."""
     (data / cell.name).write_text(json.dumps({
         "settings": results.settings(cell), "gap": gap, "commit": "none",
         "gpu": {"renderer": "none"}, "scene": {"stand_in": None}}))
@@ -177,7 +177,7 @@ def test_the_paragraph_on_stacks_follows_the_numbers(tmp_path: Path, monkeypatch
 
 
 def test_fewer_instructions_need_more_rays_to_hide_fetches() -> None:
-    """A warp waits as long as it computes: two warps would hide the fetches, but 48 rays fit."""
+    """A warp waits as long as it computes. Two warps would hide fetches, but only 48 rays fit."""
     peak = 16 * 1350 * 32 / (4 * 17280)     # Mrays/s
     row = ["", 0, 0, None, 17280, 0, 64.0, 48, 0.75, 0.75 * peak, peak]
     assert stacks._rate(row, 1) == pytest.approx(7.5)
@@ -194,7 +194,7 @@ def test_units_are_as_fast_as_their_figures_allow(tmp_path: Path) -> None:
     both = rows["kitchen", "kd-restart", "G80 and both"]
     assert float(both["steps ns"]) == pytest.approx(
         1e9 * 10 / (ideal.units * ideal.clock * ideal.steps))
-    # A machine's instructions are counted by the compiler that the machine names.
+    # The compiler that a machine names counts the machine's instructions.
     test = static_cost("r580", "kd-texture-stack", "intersect", in_loop=True).arithmetic
     prototype = rows["conference", "kd-texture-stack", "RPU"]
     assert float(prototype["shader ns"]) == pytest.approx(1e9 * 4 * 5 * test / rpu.vector_rate)

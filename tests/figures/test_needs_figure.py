@@ -24,7 +24,7 @@ from gpgpu_rt.scene.light import BACKDROP
 @pytest.mark.parametrize("step", range(len(STEPS)))
 def test_derived_draws_the_same_from_no_more(exact_renderer, step: int) -> None:
     """With only the features that a scene requires, a renderer draws the same picture as with all
-    features, with no more bytes or passes."""
+    features, and uses no more bytes or passes."""
     found = needs_times.measure(step, "bvh-threaded", 24, 1, "tenk")
     one, other = found["derived"], found["all"]
     assert not found["differing"]

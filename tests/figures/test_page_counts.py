@@ -259,7 +259,7 @@ def test_a_wrong_count_is_found(file: str, before: str, after: str, drawn) -> No
 
 
 def test_an_index_counts_nothing_that_is_zero() -> None:
-    """If only a diagram is drawn, without measurements, the index says nothing else."""
+    """If only a diagram is drawn, without measurements, the index has a single sentence."""
     page = {"verdict": vars(verdicts.DIAGRAM) | {"scenes": []}, "cells": [], "size": "quick",
             "drawn": {"renderer": "llvmpipe"}}
     assert summary.sentences({"fig11": page}) == [

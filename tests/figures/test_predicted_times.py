@@ -24,7 +24,7 @@ STAND_IN = {"triangles": 10_000, "stand_in": "a mesh"}
 
 
 def _cells(figure: Comparison) -> list[Cell]:
-    """Returns the counted cells, whether or not the scenes' meshes are there."""
+    """Returns the cells that count kernel runs, even if the scenes' meshes are missing."""
     return [cell for _, _, some in predicted_times.pairs(figure, False) for cell in some.values()]
 
 

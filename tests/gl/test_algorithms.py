@@ -80,7 +80,7 @@ def test_sort(gpu, keys: str, length: int) -> None:
 
 @pytest.mark.parametrize("length", range(34))
 def test_sort_puts_zeros_before_ones(length: int) -> None:
-    """A network of comparisons that sorts all words of zeros and ones sorts any input.
+    """If a network of comparisons sorts all words of zeros and ones, it sorts any input.
 
     The test sorts all descending words of the length, and 500 random words.
     """

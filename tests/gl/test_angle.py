@@ -92,7 +92,7 @@ def test_missing_and_broken_libraries_get_one_line(
         shutil.copy(np._core._multiarray_umath.__file__, tmp_path / library)
     with pytest.raises(ContextError, match="an empty stand-in without functions; set"):
         AngleLoader()
-    # Make the context again, although it may exist. The contexts of other tests must stay.
+    # Bypass the cache of contexts, which must keep the contexts of other tests.
     monkeypatch.setattr(contexts, "_made", contexts._made.__wrapped__)
     picture = tmp_path / "x.png"
     assert main(["render", "cornell", "--context", "angle", "-o", str(picture)]) == 1
@@ -234,8 +234,8 @@ def test_the_context_names_its_largest_point(angle: Gpu, tmp_path: Path) -> None
 
 
 def test_eight_targets(angle: Gpu, counted: FullScreenPass, tmp_path: Path) -> None:
-    """The last of the eight targets usually holds the counts of fragments. A program that draws
-    into all eight leaves no target for counts, so each of its draws counts as the whole viewport.
+    """The last of the eight targets usually holds the counts of fragments. If a program draws
+    into all eight, no target is free for counts, so each draw counts as the whole viewport.
     Counts of other draws do not get into the eight targets."""
     outputs = "".join(f"layout(location = {at}) out float out_{at};\n" for at in range(8))
     values = "".join(f"out_{at} = {at}.5; " for at in range(8))

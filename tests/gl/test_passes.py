@@ -27,7 +27,7 @@ TEXT = ("#version 330 core\nuniform sampler2D values;\nuniform float factor;\nou
 
 @pytest.fixture
 def doubled(gpu: Gpu, tmp_path: Path) -> FullScreenPass:
-    """Return a pass that multiplies texels by a ``factor`` and discards results below 4."""
+    """Return a pass that multiplies texels by uniform ``factor`` and discards results below 4."""
     (tmp_path / "probe.frag").write_text(TEXT)
     return FullScreenPass(gpu, str(tmp_path / "probe.frag"))
 

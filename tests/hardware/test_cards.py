@@ -22,7 +22,7 @@ def test_every_card_has_every_figure_with_its_source() -> None:
 
 
 def test_recalled_figures_are_marked() -> None:
-    """A number that is only remembered is marked as not read from a document."""
+    """A number from memory is marked as not read from a document."""
     for card in cards():
         for name, figure in card.figures.items():
             if figure["source"].startswith("from memory") and ":" not in figure["source"]:

@@ -1,4 +1,4 @@
-"""Tests of the time that a card with loops would have needed for packets traced here."""
+"""Tests of the time that a card that runs loops would have needed for packets traced here."""
 from __future__ import annotations
 
 import pytest

@@ -1,5 +1,5 @@
-"""Tests of traces of kernels, of how often groups of lanes issue each kernel of a trace, and of
-the time that a card needs for these issues."""
+"""Tests of traces of kernels. A model counts how often groups of lanes issue each kernel of a
+trace, and predicts the time that a card needs for the kernels."""
 from __future__ import annotations
 
 from collections import Counter
@@ -96,8 +96,8 @@ def test_groups_issue_what_a_program_with_loops_issues(order: str) -> None:
 
 
 def test_a_kernel_within_another_has_no_loop_of_its_own() -> None:
-    """Two rays visit twice, and the first ray pushes between its visits. If the push has a loop of
-    its own, the first ray waits for that loop, and the group issues a third visit."""
+    """Two rays visit two nodes each, and the first ray pushes between its visits. If the push has
+    a loop of its own, the first ray waits for that loop, and the group issues a third visit."""
     steps = np.array([[1, 1], [3, 1], [1, 2], [0, 0]], np.uint8)[:, None, :]
     trace = KernelTrace(("down", "intersect", "push"), steps)
     assert issued_in_loop(trace, (1, 2), WHILE_WHILE).lanes == (6, 2, 2)
@@ -106,7 +106,7 @@ def test_a_kernel_within_another_has_no_loop_of_its_own() -> None:
     # A kernel within another is issued once for all rays that run it in the same visit.
     both = KernelTrace(trace.kernels, np.array([[1, 1], [3, 3], [1, 1]], np.uint8)[:, None, :])
     assert issued_in_loop(both, (1, 2), WHILE_WHILE, ("push",)).lanes == (4, 0, 2)
-    # A ray whose first step is a push waits with it until the other ray has left the inner loop.
+    # If a ray's first step is a push, the push waits until the other ray has left the inner loop.
     begins = KernelTrace(trace.kernels, np.array([[1, 3], [1, 1]], np.uint8)[:, None, :])
     assert issued_in_loop(begins, (1, 2), WHILE_WHILE, ("push",)).lanes == (6, 0, 2)
 

@@ -72,7 +72,7 @@ def test_a_comment_changes_no_digest() -> None:
 
 @pytest.mark.parametrize("method, options", PACKETS, ids=str)
 def test_packets_were_compiled_in_loops(method: str, options: dict) -> None:
-    """Every kernel fits every card. Cards without branches refuse only the whole loop."""
+    """Every single kernel fits every card. Cards without branches refuse the whole loop."""
     for card in COMPILERS:
         for one in era_programs(method, in_loop=True, **options):
             cost = static_cost(card, method, one.kernel, in_loop=True, **options)
@@ -165,7 +165,7 @@ def test_the_page_has_the_counts_of_packets() -> None:
 @pytest.mark.parametrize("method, kernel", KERNELS)
 def test_a_kernel_in_a_loop_asks_less(card: str, method: str, kernel: str) -> None:
     """A kernel in a loop does not test whether its ray waits for this kernel. So it has at most as
-    many instructions as the same kernel of a pass."""
+    many instructions as the same kernel in its own pass."""
     alone, looped = (static_cost(card, method, kernel, in_loop=loop) for loop in (False, True))
     assert (looped.arithmetic < alone.arithmetic) == (kernel != "init")
     assert looped.arithmetic <= alone.arithmetic

@@ -1,7 +1,7 @@
 """The error messages that how-to pages show are the messages that a user gets.
 
 A ``text`` block that begins with ``$ COMMAND`` shows the message of a command that fails. "..."
-stands for words that are left out, and lines may be broken elsewhere than on a terminal.
+stands for words that are left out. Line breaks may differ from the terminal's.
 """
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ import gpgpu_rt as rt
 
 
 def fresh(code: str) -> str:
-    """Returns the output of a new Python process."""
+    """Returns the output of a new Python process that runs the code."""
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True,
                           check=True).stdout
 

@@ -1,5 +1,5 @@
-"""The works and the survey's sections that the project cites: each citation names a work of the
-list, each work of the list is cited, and each cited section exists in the survey."""
+"""The project's citations: each citation names a work of the list of references, the project cites
+each work of the list, and each cited section exists in the survey."""
 from __future__ import annotations
 
 import csv
@@ -46,7 +46,7 @@ def _in_one_line(name: str, text: str) -> str:
     if name.endswith((".glsl", ".frag", ".vert")):
         text = re.sub(r"\s*\n\s*//+ ?", " ", text)
     if name.endswith(".py"):
-        text = re.sub(r'"\s*\n\s*f?"', "", text)      # strings that continue
+        text = re.sub(r'"\s*\n\s*f?"', "", text)      # adjacent strings
         text = re.sub(r"\s*\n\s*# ?", " ", text)
     return re.sub(r"\s+", " ", text)
 
@@ -71,8 +71,8 @@ OWN = [row for row in rt.methods() if not Path(row.glsl).is_absolute()]
 @pytest.mark.parametrize("row", OWN, ids=lambda row: row.name)
 def test_every_method_s_paper_is_one_work_of_the_survey(row: rt.Method) -> None:
     """A row's citation names one work. Each section that the list records for the work exists in
-    the survey. If a GLSL file of the method cites a section, and names no other work before this
-    section, it is one of the recorded sections."""
+    the survey. If a GLSL file of the method cites a section, and the text before it cites this
+    work alone, the list records the section."""
     work = find_work(row.citation)
     assert work is not None and work.sections and set(work.sections) <= set(SECTIONS)
     assert reference(row.citation).endswith(f"(survey, {work.discussed})")
@@ -96,9 +96,9 @@ def _sections(text: str) -> list[tuple[int, str]]:
 
 
 def test_cited_sections_exist() -> None:
-    """Every section of the survey that a text cites exists, and so does every section that
-    follows the word "section". (A few citations name sections of a paper. The survey has sections
-    with these numbers too.)"""
+    """Every section of the survey that a text cites exists, and so does every number that follows
+    the word "section". (A few citations name sections of a paper. The survey has sections with
+    these numbers too.)"""
     found = [(name, section) for name, text in texts().items()
              for section in [section for _, section in _sections(text)]
              + re.findall(r"[Ss]ections? (\d+(?:\.\d+)*)", text)]

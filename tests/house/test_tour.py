@@ -15,7 +15,7 @@ from snippets import ROOT, commands, snippets
 tour_pictures = SimpleNamespace(**runpy.run_path(str(ROOT / "tools" / "tour_pictures.py")))
 TOUR = ROOT / "docs" / "tour"
 CHAPTERS = sorted(TOUR.glob("[0-9]-*.md"))
-MOST_BYTES = 4 << 20     # of all pictures and films together
+MOST_BYTES = 4 << 20     # limit for all pictures and films together
 LONG = "measures for minutes"
 
 
@@ -80,7 +80,7 @@ def test_pictures_are_small_and_films_move() -> None:
 
 
 def test_a_picture_is_made_anew(exact_renderer, tmp_path: Path) -> None:
-    """A picture that is made again is the same, except for the letters, which depend on the
+    """A picture that is made again is the same, except for its text, which depends on the
     installed font library."""
     name = "2-cells.png"
     tour_pictures.make(name, tmp_path)

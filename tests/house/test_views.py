@@ -178,7 +178,7 @@ def test_progress_is_a_bar_in_a_notebook(monkeypatch, capsys, kernel: bool) -> N
         tell(3, 4, "noise 5%")
         tell(4, 4)
     err = capsys.readouterr().err
-    assert ("4/4" in err and "100%" in err) == kernel     # otherwise lines
+    assert ("4/4" in err and "100%" in err) == kernel     # a terminal gets lines
     assert ("4 of 4 samples" in err) == (not kernel)
 
 

@@ -60,8 +60,8 @@ def test_every_pattern_finds_a_file() -> None:
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory) -> Iterator[Path]:
-    """Yields a folder with the files that an installed wheel has. The command that makes the
-    content of a wheel fills this folder."""
+    """Yields a folder with the files that an installed wheel has. The folder is filled by
+    ``build_py``, the command that makes the content of a wheel."""
     pytest.importorskip("setuptools", reason="no setuptools, so no wheel can be made")
     tree, target = tmp_path_factory.mktemp("tree"), tmp_path_factory.mktemp("installed")
     for name in ("setup.cfg", "pyproject.toml", "README.md", "LICENSE"):

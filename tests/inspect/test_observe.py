@@ -1,4 +1,4 @@
-"""Observed passes: every draw is observed with its textures and counts."""
+"""Observed passes: `observe` reports every draw with its textures and counts."""
 from __future__ import annotations
 
 import pytest
@@ -12,7 +12,7 @@ from gpgpu_rt.rays.records import HIT
 
 SIDE = 12
 CASES = [(row.name, schedule) for row in rt.methods() for schedule in row.schedules]
-HITS_BY_HOST = {"ray-engine"}    # the host writes the final states, so no pass holds them
+HITS_BY_HOST = {"ray-engine"}    # the host writes the final states, so no pass does
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def test_every_draw_is_observed(scene: rt.Scene, method: str, schedule: str) -> 
             hits = tracer.trace(*rays)
         statistics = tracer.statistics
         assert [one.number for one in passes] == list(range(len(passes)))
-        # Draws that mask, count and classify rays do not count as passes of the method.
+        # Draws that mask, count or classify rays are not passes of the method.
         assert len(passes) == statistics.draw_calls >= statistics.passes > 0
         logged = {}
         for one in passes:

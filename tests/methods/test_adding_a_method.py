@@ -87,7 +87,7 @@ CHECKS = ["tests/traversal/test_hits.py::test_soup_matches_brute_force",
     pytest.param(CHECKS, id="some"),
     pytest.param(["tests"], id="all", marks=[pytest.mark.full, pytest.mark.once])])
 def test_the_tests_know_it(precise_renderer, folder: Path, checks: list[str]) -> None:
-    """The project's tests include a user's method if GPGPU_RT_METHODS names its folder."""
+    """The project's tests include a user's method if GPGPU_RT_METHODS names the folder."""
     answer = python("-m", "pytest", "-q", "-m", "not full", "-p", "no:cacheprovider", *checks,
                     "-k", "sweep", cwd=ROOT, GPGPU_RT_METHODS=str(folder))
     assert answer.returncode == 0, answer.stdout[-3000:]

@@ -9,8 +9,8 @@ def aimed_pairs(kind: str, count: int, seed: int) -> tuple[np.ndarray, np.ndarra
     float32. Each ray aims at its triangle or, in "beside", next to its triangle.
 
     kind : one of KINDS. The ray aims "inside" the triangle, at an "edge" or a "vertex", or
-        "beside" the triangle. In "small" and "slivers", the triangle is special. In "grazing", the
-        ray goes along the triangle's plane, and in "axis", the direction has zeros.
+        "beside" the triangle. In "small" and "slivers", the triangle is small or narrow. In
+        "grazing", the ray goes along the triangle's plane. In "axis", the direction has zeros.
     """
     rng = np.random.default_rng(seed)
     size = np.ones((count, 1, 1)) if kind != "small" else 10 ** rng.uniform(-6, -1, (count, 1, 1))

@@ -116,7 +116,7 @@ def test_what_overflows_is_open() -> None:
     triangles, origins, directions = aimed_pairs("inside", 1000, 4)
     b = bound_pairs(triangles * np.float32(1e25), origins * np.float32(1e25), directions)
     assert not b.inside.any() and np.isinf(b.t_bound).all() and b.possible.all()
-    far = 1.5 * 2.0 ** 127      # the test scales d.z to 0.5, so the division by d.z doubles t
+    far = 1.5 * 2.0 ** 127      # the triangle test scales d.z to 0.5: t doubles
     wall = np.float32([[[-0.5, -0.5, far], [0.5, -0.5, far], [0, 0.7, far]]])
     assert np.isinf(bound_pairs(wall, np.zeros((1, 3)), np.float32([[0, 0, 1]])).t_bound)
     assert gamma(3) == 3 * 2.0 ** -24 / (1 - 3 * 2.0 ** -24)

@@ -1,4 +1,4 @@
-"""`judge` decides whether hits are right. It puts deliberate faults into the right categories,
+"""`judge` decides whether hits are right. It sorts deliberate faults into the right categories,
 accepts rounding, and reports right statistics."""
 from __future__ import annotations
 

@@ -21,8 +21,8 @@ CHECKS = Texture("checks", np.kron([[0.1, 0.9], [0.7, 0.2]], np.ones((3, 3)))[..
 
 
 def plain() -> rt.Scene:
-    """Return a plain scene, which needs almost no features of a renderer: grey shapes on a floor
-    under an even sky."""
+    """Return a scene that needs almost no features of a renderer: grey shapes on a floor under a
+    sky of one colour."""
     parts = [quad((-3, 0, 3), (3, 0, 3), (3, 0, -3), (-3, 0, -3)),
              ball(80, (-0.9, 0.8, 0), (0.8,) * 3), boxes((0.3, 0, -0.6), (1.5, 1.1, 0.6)),
              quad((-0.6, 3, -0.6), (0.6, 3, -0.6), (0.6, 3, 0.6), (-0.6, 3, 0.6))]
@@ -34,7 +34,7 @@ def plain() -> rt.Scene:
 
 
 def part_of(scene: rt.Scene) -> np.ndarray:
-    """Return each triangle's part of `plain`, (n,): 0 for floor, 1 ball, 2 box, 3 lamp."""
+    """Return each triangle's part in `plain`, (n,): 0 floor, 1 ball, 2 box, 3 lamp."""
     count = len(scene)
     return np.repeat(np.arange(4), (2, count - 16, 12, 2))
 

@@ -26,7 +26,7 @@ def closed_box(**parts: object) -> rt.Scene:
 
 
 def furnace(diffuse: float = 0.6) -> tuple[rt.Scene, np.ndarray]:
-    """Return a box that emits and reflects evenly, and the box's radiance.
+    """Return a box that emits and reflects light evenly, and the box's radiance.
 
     The radiance is emission / (1 - reflectance).
     """
@@ -44,8 +44,8 @@ def white_ball() -> tuple[rt.Scene, np.ndarray]:
 
 
 def mirror_box(bounces: int) -> tuple[rt.Scene, np.ndarray]:
-    """Return a box of mirrors that emit light, and the box's radiance, a geometric series. Paths
-    between mirrors are not random, so pictures of the box have no noise."""
+    """Return a box of mirrors that emit light, and the box's radiance. The radiance is a geometric
+    series. Paths between mirrors are not random, so pictures of the box have no noise."""
     share = np.array((0.9, 0.8, 0.5))
     return closed_box(mirror=share, emission=EMITTED), EMITTED * sum(
         share ** k for k in range(bounces + 1))
@@ -98,7 +98,7 @@ def point_lit_floor() -> tuple[rt.Scene, np.ndarray]:
 
 def image_sky(bright: tuple[int, int] | None, dim: float = 0.0, times: float = 100.0
               ) -> Environment:
-    """Return an even environment image, except for a texel ``bright`` (row, column), if any."""
+    """Return a sky image of radiance ``dim``. Its texel ``bright`` (row, column) is brighter."""
     texels = np.full((16, 32, 3), dim)
     if bright is not None:
         texels[bright] = np.array((6, 5, 4)) * times

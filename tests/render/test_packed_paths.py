@@ -10,7 +10,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.render import packed_paths, path
 from gpgpu_rt.render.packed_paths import PackedPaths, packed_sizes
 
-# A wave is the paths that are traced at once. Here a wave does not fill whole squares of 8 x 8.
+# A wave is the paths that are traced at once. Here waves do not fill squares of 8 x 8 texels.
 SIZE, SAMPLES = (14, 11), 16
 SCENES = {"cornell": path_scenes.cornell_lit, "everything": path_scenes.everything,
           "slab": lambda: path_scenes.glass_slab()[0]}

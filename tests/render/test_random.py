@@ -57,7 +57,7 @@ def test_numbers_are_cell_middles_and_their_range_is_refused() -> None:
 
 
 def test_no_two_counters_share_their_numbers() -> None:
-    """The counters of a picture are all different, and the hash maps different counters to
+    """A counter holds pixel, sample, bounce and block. The hash maps different counters to
     different numbers."""
     x, y, sample, bounce = (a.ravel() for a in np.meshgrid(*(np.arange(16),) * 4))
     words = np.stack([x, y, sample, bounce << 4], axis=1).astype(np.uint32)

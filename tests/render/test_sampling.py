@@ -145,7 +145,7 @@ def test_refraction_obeys_snell(seed: int) -> None:
     assert np.abs(found[:, 0] * n - sine).max() < 1e-6 and (found[:, 2] < 0).all()
     expected = sampling.refracted(d.astype(np.float64), np.array([[0, 0, 1.0]]), n)
     assert np.abs(found - expected).max() < 1e-5
-    rng = np.random.default_rng(seed)   # Snell's law holds for any orientation of the border
+    rng = np.random.default_rng(seed)   # Snell's law holds for any orientation of the surface
     normal = rng.normal(size=(1000, 3))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     d = rng.normal(size=(1000, 3))
@@ -199,7 +199,7 @@ def test_triangle_points_are_uniform() -> None:
 
 @pytest.mark.parametrize("ior", [1.5, 1 / 1.5, 2.42])
 def test_reflection_is_the_same_from_both_sides(ior: float) -> None:
-    """A border reflects the same share of light from both sides (Stokes). The light from the other
+    """A surface reflects the same share of light from both sides (Stokes). Light from the other
     side comes along the refracted ray."""
     cosine = np.linspace(0.01, 1, 500)
     through = 1 - (1 - cosine ** 2) / ior ** 2

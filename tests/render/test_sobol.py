@@ -1,7 +1,7 @@
 """Low-discrepancy numbers: GLSL and numpy draw the same bits. The numbers of a pixel form nets, in
 which every box of a given volume holds the same number of points.
 
-Pixels and path vertices are independent. Means converge faster than with random numbers.
+Pixels and path vertices have independent numbers. Means converge faster than with random numbers.
 """
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def test_numbers_are_cell_middles_and_their_range_is_refused() -> None:
 @pytest.mark.parametrize("first", [0, 1 << 12, 3 << 16])
 @pytest.mark.parametrize("pixel", [(0, 0), (17, 5), (4000, 3000)], ids=str)
 def test_pairs_are_nets(pixel: tuple[int, int], first: int) -> None:
-    """The numbers of 2^k consecutive samples begin at a multiple of 2^k. Every box that results
-    from halving the unit square k times then holds exactly one sample.
+    """Consider 2^k consecutive samples that begin at a multiple of 2^k. Every box that results
+    from halving the unit square k times holds exactly one of the samples.
 
     This is true for the two numbers of discrete choices and, in block 0, for the two numbers of a
     position or direction. Each single number is stratified too.
@@ -59,8 +59,8 @@ def test_pairs_are_nets(pixel: tuple[int, int], first: int) -> None:
 
 @pytest.mark.parametrize("bounce", [0, 2, 40])
 def test_a_direction_and_the_light_behind_it_are_one_net(bounce: int) -> None:
-    """A direction and the light at its end form a (3, k, 4)-net: a box of volume 8 / 2^k holds 8
-    of 2^k points."""
+    """A direction and the light sample at the next vertex form a (3, k, 4)-net: a box of volume
+    8 / 2^k holds 8 of 2^k points."""
     samples = np.arange(1 << 10)
     place, light = (sobol_numbers(9, 4, samples, event, block)[:, 2:]
                     for event, block in ((bounce, 0), (bounce + 1, 1)))

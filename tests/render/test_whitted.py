@@ -34,7 +34,7 @@ def scene_of(triangles: np.ndarray, material: rt.Material, camera: rt.Camera,
 
 
 def test_a_box_of_mirrors_adds_up_to_a_geometric_series() -> None:
-    """All walls emit light and reflect shares that float32 holds exactly. The radiance equals the
+    """All walls emit light. Float32 holds the reflected shares exactly. The radiance equals the
     series only if no ray leaves the box, is lost or counts twice."""
     wall = rt.Material("wall", mirror=(0.5, 0.25, 0.0), emission=(0.125, 0.25, 1))
     camera = rt.Camera((0.3, 0.4, 0.45), (1, 0.7, 0.1), fov=100)
@@ -61,7 +61,7 @@ def test_a_slab_of_glass_reflects_and_lets_through_by_fresnel(ior: float) -> Non
 
     A turn is a reflection or a refraction. The sky is brighter behind the slab than in front of
     it. Light that is still inside after six turns is reflected and refracted once more. Each of
-    these two shares gets the radiance of the sky in its direction.
+    these two shares gets the radiance of the sky in the share's direction.
     """
     camera = rt.Camera((0, 0, 3), (0.8, 0.5, 0), fov=70)
     slab = boxes((-500, -500, -0.5), (500, 500, 0.5))
@@ -79,7 +79,7 @@ def test_a_slab_of_glass_reflects_and_lets_through_by_fresnel(ior: float) -> Non
         radiance_there = np.where(behind, 1.0, 0.25)
         expected += np.where(weight >= CUTOFF, weight * radiance_there, 0)
         sure &= np.abs(weight / CUTOFF - 1) > 1e-3
-    rest = (1 - f) * f ** 5     # the share still inside, on its way to the side of the camera
+    rest = (1 - f) * f ** 5     # the share still inside, travelling towards the camera's side
     for share, there in ((f, 1.0), (1 - f, 0.25)):
         weight = rest * share
         expected += np.where(weight >= CUTOFF, weight * there, 0)

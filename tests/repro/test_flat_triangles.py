@@ -1,9 +1,9 @@
 """In the past, rays hit triangles without area. The watertight test shears the corners of a
 triangle. Rounding then moves one of three collinear corners off the line.
 
-The fault was found in the kitchen scene, moved by 10^4 times its extent, where float32 flattens
-12,000 triangles. In that scene, 41 of 40,000 rays that aimed at vertices hit such a triangle. The
-package now shrinks triangles without area to points before the upload.
+The fault appeared after the kitchen scene was moved by 10^4 times its extent. There, float32
+flattens 12,000 triangles. Of 40,000 rays aimed at vertices, 41 hit such a triangle. The package
+now shrinks triangles without area to points before the upload.
 """
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""In the past, a ray that leaves a hit started at an offset that doubled until the ray missed its
-own triangle. On long thin triangles, the offset was up to twice the necessary offset, and more
-than a thousandth of the triangle. Now a bisection follows the doubling."""
+"""In the past, the offset of a new ray from its hit doubled until the ray missed its own triangle.
+On long thin triangles, the offset was up to twice the necessary offset, and more than a thousandth
+of the triangle's size. Now a bisection follows the doubling."""
 from __future__ import annotations
 
 import numpy as np

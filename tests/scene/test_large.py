@@ -60,7 +60,7 @@ def test_a_table_is_written_into_where_it_fits(gpu) -> None:
 @pytest.mark.parametrize("most", [1, 2, 3, 40, 333, 10**6])
 @pytest.mark.parametrize("build", BUILDS)
 def test_coarsened_trees(build: str, most: int) -> None:
-    """A BVH with a limit of nodes keeps all triangles, and the boxes contain the triangles."""
+    """A BVH with a node limit keeps all triangles, and its boxes contain the triangles."""
     triangles = random_soup(500, 3)
     fine, tree = (build_bvh(triangles, build=build, most_nodes=m) for m in (None, most))
     assert len(tree.escape) <= most

@@ -15,7 +15,7 @@ import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.session import build_ahead
 
-BY_PASSES = {"geometry-image"}      # passes build its accelerator
+BY_PASSES = {"geometry-image"}      # methods whose accelerators are built by passes
 SCENE = soup_scene(120, 3)
 RAYS = RAY_SETS["random"](SCENE, 200, 3)
 
@@ -57,8 +57,7 @@ def test_frames_built_ahead_are_those_of_update(method: str, options: dict) -> N
 
 
 def test_a_frame_is_built_while_the_frame_before_it_is_traced(monkeypatch) -> None:
-    """When the caller gets frame n, the build of frame n + 1 has begun. No later build has
-    begun."""
+    """When the caller gets frame n, the build of frame n + 1 has begun, but no later build."""
     begun: list[int] = []
     begin = build_ahead.Builds.begin
     monkeypatch.setattr(build_ahead.Builds, "begin", lambda builds, scene: (

@@ -155,7 +155,7 @@ def test_counters_do_not_depend_on_the_schedule(precise_renderer, method: str,
                                                 schedule: str) -> None:
     scene = soup_scene(200, 14)
     origins, directions = np.random.default_rng(9).normal(size=(2, 500, 3)).astype(np.float32)
-    if find_method(method).single:  # `loop` traces rays of different dominant axes in turns
+    if find_method(method).single:  # rays of other dominant axes wait in `loop`: use one axis
         directions *= np.float32([1, 1, 1e4])
     counted = []
     for chosen in (find_method(method).schedules[-1], schedule):
@@ -220,7 +220,7 @@ def test_shapes_agree(precise_renderer) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_counting_counts_as_statistics_do(method: str) -> None:
-    """`counting` reuses the built structure with its own programs and releases these programs
+    """`counting` runs programs of its own on the built structure, and releases the programs
     afterwards."""
     scene = rt.load_scene("cornell")
     rays = scene.camera.rays((16, 16))

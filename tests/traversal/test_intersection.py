@@ -56,8 +56,8 @@ def test_triangles_without_area_are_never_hit(intersection: str) -> None:
     with rt.Tracer(scene, "brute-force", intersection=intersection) as tracer:
         hits = tracer.trace(origins, aims - origins)
     exact = rt.reference.trace(scene, origins, aims - origins)
-    # A triangle of even index has a rounded midpoint as third corner. It may have an area, so a
-    # hit may be right. A triangle of odd index repeats a corner and has no area.
+    # The third corner of a triangle of even index is a rounded midpoint. The triangle may have an
+    # area, so a hit may be right. A triangle of odd index repeats a corner and has no area.
     assert not (hits.hit & ~exact.hit & (hits.triangle % 2 == 1)).any()
 
 

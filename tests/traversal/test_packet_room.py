@@ -32,8 +32,8 @@ def test_arrays_and_passes_get_the_same_hits(precise_renderer, method: str,
 
 @pytest.mark.parametrize("packet", PACKETS, ids="{0[0]}x{0[1]}".format)
 def test_each_ray_left_behind_is_counted(precise_renderer, packet: tuple[int, int]) -> None:
-    """A ray that reaches the step cap is counted as stopped, at any place of its packet. All rays
-    aim at the middle of the scene, and all but one have an empty interval."""
+    """A ray that reaches the step cap is counted as stopped, wherever it lies in its packet. All
+    rays aim at the middle of the scene, and all but one have an empty interval."""
     scene = soup_scene(500, 6)
     origins = np.repeat(np.float32([scene.camera.eye]), 16, axis=0)
     directions = np.mean(scene.bounds, axis=0, dtype=np.float32) - origins

@@ -124,7 +124,7 @@ def test_each_packet_is_drawn_once(part: float, size: tuple[int, int], packet: t
 @pytest.mark.parametrize("tile", ENTRIES[1:])
 def test_no_aimed_ray_is_left_out(precise_renderer, tile: int, octants: bool, seed: int) -> None:
     """No ray is lost if all rays of a tile aim at one vertex or one point of an edge. The beam
-    around the rays is then as narrow as a ray, and bounding boxes end at this aim."""
+    around the rays is then as narrow as a ray, and bounding boxes end at this point."""
     scene = soup_scene(300, seed, size=0.05)
     rng = np.random.default_rng(seed)
     count = 24

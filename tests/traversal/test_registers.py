@@ -39,7 +39,7 @@ def test_a_pass_writes_hits_only(precise_renderer, method: str) -> None:
 @pytest.mark.parametrize("method", ["kd-restart", "bvh-threaded", "grid"])
 @pytest.mark.parametrize("cap", [1, 5, 40])
 def test_stopped_rays_are_found(precise_renderer, method: str, cap: int) -> None:
-    """Rays that the step cap stops have the same status and hits as under `step`. A later call
+    """If the step cap stops rays, their status and hits equal those under `step`. A later call
     without a stopped ray reports no stopped ray."""
     scene = rt.load_scene("cornell")
     origins, directions = random_rays(scene, 300, 2)

@@ -1,8 +1,8 @@
 """A pytest plugin for trimesh's own tests: it replaces trimesh's ray engines by our intersector.
 
-test_trimeshs_own_tests.py runs the plugin in a separate process, because the replacement cannot be
-undone. trimesh's source distribution lacks the tests' common module and meshes, so this file
-provides substitutes.
+The file test_trimeshs_own_tests.py runs the plugin in a separate process, because the replacement
+cannot be undone. The source distribution of trimesh lacks the tests' common module and meshes, so
+this file provides substitutes.
 """
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ class Desk:
     Attributes
     ----------
     viewer, panels : as in the window
-    widgets : label of a widget -> (x, y) of a point on it, for the last frame, in drawing order
+    widgets : widget's label -> (x, y) of a point on the widget in the last frame, in drawing order
     texts : the texts of the last frame
     hints : label of a text field -> the text that the empty field shows
     choices : label of a list -> the words of its entries
@@ -69,7 +69,7 @@ class Desk:
             found = draw(label, *more, **named)
             if draw.__name__ != "begin_combo" or not found:
                 lo, hi = imgui.get_item_rect_min(), imgui.get_item_rect_max()
-                # The middle of a table's row may be scrolled out of sight, so use its left end.
+                # The middle of a table's row may be out of sight, so use the row's left end.
                 across = lo.x + 6 if draw.__name__ == "selectable" else (lo.x + hi.x) / 2
                 self.widgets[label] = across, (lo.y + hi.y) / 2
             if draw.__name__ == "input_text_with_hint":

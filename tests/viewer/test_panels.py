@@ -15,7 +15,7 @@ from gpgpu_rt.viewer.layout import HELP, PANEL
 from gpgpu_rt.viewer.overlay import projected
 
 SIZE = (900, 600)
-CHOSEN = (255, 240, 40)     # the colour of the box of the chosen row's node
+CHOSEN = (255, 240, 40)     # the colour of the box around the clicked row's node
 
 
 @pytest.fixture

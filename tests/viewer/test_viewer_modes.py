@@ -119,7 +119,7 @@ def test_a_scale_says_where_rays_lie_beyond(monkeypatch, what: str) -> None:
 @pytest.mark.parametrize("method", ["bvh-threaded", *map(full, ("kd-restart", "grid",
                                                                 "bvh-packet"))])
 def test_a_journey_ends_at_the_hits_of_a_trace(soup: str, method: str) -> None:
-    """The recorded passes end with the hits of a trace, and limits of memory and time are kept."""
+    """The recorded passes end with the hits of a trace, within the limits of memory and time."""
     scene = rt.load_scene(soup)
     rays = scene.camera.rays(VIEW)
     with rt.Tracer(scene, method, schedule="step") as tracer:
@@ -199,8 +199,8 @@ def test_a_heat_map_that_fails_leaves_none_of_another_method(viewer: Viewer,
 def followed() -> list[tuple[str, dict]]:
     """Returns (method, options) for the methods whose state names the box that a ray is in.
 
-    Each method comes without options and, if it has these options, with octants and with shared
-    subtrees.
+    Each method comes without options, and also with octants and with shared subtrees if it has
+    these options.
     """
     tried = [(row, options) for row in rt.methods() if "step" in row.schedules
              for options in ({}, {"octants": True}, {"octants": True, "shared_subtrees": 8})

@@ -9,8 +9,8 @@ from devtools import Browser
 from page_timing import answers, first_picture
 from pages import in_browser, written
 
-# The longest median times: seconds to the first picture, and milliseconds from a move to its
-# picture.
+# The longest allowed median times: seconds to the first picture, and milliseconds from a mouse
+# move to its picture.
 FIRST, ANSWER = 3.0, 100.0
 METHODS = ("kd-restart", "grid", "bvh-threaded")
 

@@ -21,7 +21,7 @@ def browser(exact_renderer) -> Iterator[Browser]:
 
 
 def with_limit(browser: Browser, name: str, limit: int) -> None:
-    """Makes a limit of the graphics card look like ``limit`` to all pages that are opened
+    """Make the graphics card's limit ``name`` look like ``limit`` to all pages that are opened
     later."""
     browser.send("Page.addScriptToEvaluateOnNewDocument", source=f"""{{
         const asked = WebGL2RenderingContext.prototype.getParameter;

@@ -173,19 +173,19 @@ def _other_rays(told: dict) -> None:
 
 
 def _writes_nothing(told: dict) -> None:
-    """Make the last pass that draws once per trace write nothing."""
+    """Disable the output of the last pass that draws once per trace."""
     discards(told, told["methods"][1]["schedules"]["loop"]["once"][-1])
 
 
 def discards(told: dict, number: int, schedule: str = "loop") -> None:
-    """Make a pass of the second method write nothing."""
+    """Disable the output of a pass of the second method."""
     fragment = told["methods"][1]["schedules"][schedule]["passes"][number]["fragment"]
     told["texts"][fragment] = told["texts"][fragment].replace("void main() {",
                                                               "void main() { if (true) discard;")
 
 
 def _never_pushes(told: dict) -> None:
-    """Make the pass that pushes to the stack write nothing."""
+    """Disable the output of the pass that pushes to the stack."""
     turn = told["methods"][1]["schedules"]["step"]["cycles"][0]["turns"][0]
     discards(told, turn["passes"][-1], "step")
 

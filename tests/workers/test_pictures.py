@@ -144,7 +144,7 @@ def test_a_motion_that_cannot_be_sent_is_a_line() -> None:
 
 
 def interrupted_after(parts: int, monkeypatch) -> None:
-    """Makes a run end, as if by Ctrl-C, after ``parts`` parts are saved."""
+    """Interrupts a run, as Ctrl-C does, after ``parts`` tiles or frames are saved."""
     keep = sharing.Unfinished.keep
 
     def keep_some(self, part: int, image: Image.Image) -> None:

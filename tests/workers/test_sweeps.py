@@ -128,7 +128,7 @@ def test_numbers_of_another_renderer_are_refused(workers: Workers) -> None:
 
 def test_meshes_come_along(tmp_path, monkeypatch) -> None:
     """A machine whose mesh is missing or different uses the mesh that the sweep sends. A machine
-    that has the same files uses these."""
+    that already has the same files uses its own files."""
     monkeypatch.setattr(own_folder.tempfile, "gettempdir", lambda: str(tmp_path))
     for name in ("here", "there"):
         (tmp_path / name).mkdir()

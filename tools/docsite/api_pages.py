@@ -1,4 +1,4 @@
-"""A page for each public name of the Python packages; Sphinx adds signature and docstring."""
+"""Writes a page for each public name of the package; Sphinx adds signature and docstring."""
 from __future__ import annotations
 
 import importlib
@@ -44,7 +44,7 @@ def api_table() -> str:
 
 
 def api_pages() -> Iterator[tuple[str, str]]:
-    """Yields name and text of the page of each public name."""
+    """Yields the name and the text of each public name's page."""
     for module in MODULES:
         for name, one in _names(module).items():
             kind = "autoclass" if inspect.isclass(one) else "autofunction"

@@ -19,10 +19,10 @@ def with_links(text: str, page: Path, name: str, keep: Callable[[Path], str]) ->
 
     Parameters
     ----------
-    text : Markdown
-    page : the file of the text; links are relative to this file
-    name : the page's name on the site, such as "notes/race.md"
-    keep : function that copies a file (no page) and returns the copy's name on the site
+    text : Markdown.
+    page : The file of the text. Links are relative to this file.
+    name : The page's name on the site, such as "notes/race.md".
+    keep : Function that copies a file that is no page, and returns the copy's name on the site.
     """
     def changed(link: re.Match) -> str:
         picture, words, address = link.groups()

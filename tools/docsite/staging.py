@@ -56,7 +56,7 @@ def _chapters(page: Path) -> str:
 
 
 def _in_order(name: str) -> tuple[int, str]:
-    """Returns a sort key: 2-boxes before 10-films."""
+    """Returns a sort key that puts 2-boxes before 10-films."""
     number = re.match(r"\d+", name)
     return int(number[0]) if number else 0, name
 

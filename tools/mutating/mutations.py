@@ -31,8 +31,8 @@ def mutated(content: bytes, rng: Rng) -> bytes:
 
 
 def mutated_json(content: bytes, rng: Rng) -> bytes:
-    """Return JSON with one to three changed values, keys or items. A quarter of the cases change
-    bytes."""
+    """Return JSON with one to three changed values, keys or items. In a quarter of the cases,
+    change bytes instead."""
     if rng.random() < 0.25:
         return mutated(content, rng)
     value = json.loads(content)

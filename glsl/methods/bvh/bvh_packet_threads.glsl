@@ -1,5 +1,5 @@
 // bvh-packet with `octants`: a packet walks along escape indices, without a stack (Thrane and Simonsen
-// 2005; survey, section 3.5, Figure 19). The rays of a turn agree in direction (drivers/packet_turns.glsl).
+// 2005; survey, section 3.5, Figure 19). The rays of a turn share an octant (drivers/packet_turns.glsl).
 // They walk the tree's copy that is threaded front to back for their octant. A packet enters a node if any
 // ray is in the node's box. Otherwise the packet follows the node's escape index.
 //
@@ -13,7 +13,7 @@
 #include <entry>
 
 int node;
-int after;   // the node behind the shared subtree that the walk is in; -1 outside shared subtrees
+int after;   // the node after the shared subtree that the walk is in; -1 outside shared subtrees
 
 void start_walk() {
     after = -1;

@@ -1,9 +1,9 @@
 // bvh-threaded: Thrane and Simonsen, "A Comparison of Acceleration Structures for GPU Assisted Ray
 // Tracing", master's thesis, Aarhus 2005 (survey, section 3.5, Figure 19). Nodes lie in depth-first order.
 // A ray that enters an inner node goes on to the next node. A ray that misses the node, or has tested the
-// triangles of a leaf, follows the node's escape index. So a ray needs no stack.
+// triangles of a leaf, goes to the node's escape index, past its subtree. So a ray needs no stack.
 //
-// Departures: a leaf holds consecutive triangles, in the thesis one triangle. With OCTANTS, the tree is
+// Departures: a leaf holds several triangles, in the thesis only one. With OCTANTS, the tree is
 // stored eight times, once for each direction octant. The child that is nearer to rays of the octant comes
 // first; the thesis has one order for all rays. With `shared_subtrees`, the copies share the lower part of
 // the tree (methods/bvh/shared_subtrees.glsl, the file <subtrees>). With `entry_points`, a ray walks

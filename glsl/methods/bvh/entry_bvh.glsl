@@ -4,8 +4,8 @@
 // than about half of the beam's rays meet. If the list is full, or the beam has visited MOST_VISITS nodes,
 // the last entry stands for the whole rest of the walk.
 //
-// Departure: a tile has a list of nodes; the paper's tile has one. In a BVH, a single node for all rays of
-// a tile would often be the root.
+// Departure: a tile has a list of nodes; the paper's tile has one node. In a BVH, a single node for all
+// rays of a tile would often be the root.
 
 #include "methods/bvh/beam_step.glsl"
 

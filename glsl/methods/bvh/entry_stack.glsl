@@ -1,5 +1,5 @@
-// Fills a packet's stack at the start of a walk from the links of the packet's entry, with link_1 at the
-// bottom.
+// At the start of a packet's walk, pushes the links of the packet's entry onto the empty stack, link_1
+// first.
 
 #include "drivers/packet_entry.glsl"
 

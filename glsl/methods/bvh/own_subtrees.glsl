@@ -1,5 +1,5 @@
 // Replaces shared_subtrees.glsl in a threaded BVH that stores whole octant copies. The compiler removes
-// `after`.
+// `after`, which decides nothing.
 
 int no_way_out;
 

@@ -1,7 +1,7 @@
 // Finds the entry of packets in a threaded BVH, after Reshetov et al. 2005 (see
-// stages/packet_entries.frag). A beam bounds the rays of a tile, walks the tree in the order of their
-// octant, and stops at nodes that it meets but does not descend into (methods/bvh/beam_step.glsl). The
-// entry starts at the first of these nodes, and holds jumps to the next two.
+// stages/packet_entries.frag). A beam bounds the rays of a tile, and walks the tree in the order of the
+// rays' octant. The beam stops at nodes that it meets but does not descend into
+// (methods/bvh/beam_step.glsl). The entry holds the first of these nodes, and links to the next two.
 
 #include "methods/bvh/beam_step.glsl"
 
@@ -29,9 +29,9 @@ void enter(Tile_beam beam, inout Packet_entry entry) {
 #ifdef BOUNDED
     entry.met = found > 0 || node != -1 ? 1 : 0;
 #endif
-    // If the beam has stopped at no node, start at the node at which its visits ended. If the visits ended
-    // at the end of the tree, start at the last visited node: the rays miss this node, so one visit ends
-    // the walk.
+    // If the beam has stopped at no node, start at the node that the beam would visit next. At the end of
+    // the tree no such node exists. Then start at the last visited node: the rays miss this node, so one
+    // visit ends the walk.
     entry.start = found > 0 || last == -1 ? entry.start : node == -1 ? last : node;
     entry.link_2 = found == 1 ? node : entry.link_2;
     entry.link_4 = found == 2 ? node : entry.link_4;

@@ -1,15 +1,14 @@
-// The shared part of all packet walks through a BVH under the schedule `step`: the choice of the next turn,
-// and the advance past each tested triangle of a leaf. The rays of a turn walk together
-// (drivers/packet_turns.glsl). The walks, packet_steps_stack.glsl and packet_steps_threads.glsl, define
-// these functions:
+// The shared part of all packet walks through a BVH under the schedule `step`. It chooses the next turn
+// (rays that walk together, drivers/packet_turns.glsl), and advances past each tested triangle of a leaf.
+// The walks, packet_steps_stack.glsl and packet_steps_threads.glsl, define these functions:
 //   `clear_place`, `load_place` and `store_place` access the fields that a walk needs besides the node.
 //   `go_on` continues at `node`, with a pop, or with the end of the walk.
 //   `leave_leaf` continues after the last triangle of a leaf.
 //   `traverse`, a kernel, visits a node. A walk may define further kernels.
 //
 // The field `turns` has a bit for each octant whose walk has not ended. All rays of an octant walk
-// together, even with INTERVAL_TEST: the limit to rays that begin near one another
-// (drivers/boxes_by_interval.glsl) would need more state.
+// together. With INTERVAL_TEST, drivers/boxes_by_interval.glsl limits a turn to rays that begin near one
+// another. This limit is left out here, because it needs more state.
 
 void clear_place();
 void load_place();

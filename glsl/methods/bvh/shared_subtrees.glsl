@@ -1,7 +1,7 @@
 // Lets the eight octant copies of a threaded BVH share subtrees. A shared subtree is stored once, behind
 // the copies, in the order of the original tree. In each copy a portal stands for the subtree. A walk that
-// enters a portal continues in the shared nodes and then returns to the node behind the portal. It keeps
-// this node in `after` (-1 outside shared subtrees).
+// enters a portal continues in the shared nodes and then returns to the node behind the portal. The walk
+// keeps the node behind the portal in `after` (-1 outside shared subtrees).
 
 #define AFTER(state) state.after
 #define PORTAL(i) quantised_node_portal(i)

@@ -1,5 +1,5 @@
 #version 330 core
-// Tests the triangles of a leaf for one element of a ray stream. Builders limit the number of triangles.
+// Tests the triangles of a leaf for one element of a ray stream. Builders limit the triangles of a leaf.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Compacts a filtered stream: keeps the elements whose flag FLAG is set, in their order.
+// Compacts a filtered stream: keeps the elements whose flag FLAG (search.glsl) is set, in their order.
 
 #include <records>
 #include "core/stream.glsl"

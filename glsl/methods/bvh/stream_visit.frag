@@ -1,7 +1,7 @@
 #version 330 core
 // Filters a ray stream: each ray tests the boxes of its node's children. Flags say whether the ray goes on
-// to an inner node, whether a farther child waits, whether the ray is at a leaf, and whether it has visited
-// a node.
+// to an inner node, whether a farther child waits, whether the ray is at a leaf, and whether the ray has
+// visited a node.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

@@ -2,8 +2,8 @@
 // leaves a leaf without a hit climbs, one parent per step. It stops at the first ancestor whose box
 // overlaps the rest of the ray's interval, and descends from there.
 //
-// One expression computes the t at which a ray leaves a box or a leaf. If an ancestor's box ends where the
-// leaf ended, the two values are equal, and the climb passes this ancestor. So the climb stops exactly at
+// The same expression computes the t at which a ray leaves a box or a leaf. If an ancestor's box ends where
+// the leaf ended, the two t are equal, and the climb goes on to the next ancestor. So it stops exactly at
 // the ancestor whose far child comes next. The ray's interval is clipped to the ancestor's box; otherwise
 // the interval in the last leaf of this box would extend beyond the box.
 

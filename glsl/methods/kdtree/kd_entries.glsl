@@ -13,8 +13,8 @@ int root_of(State state) {
     return state.root;
 }
 
-// End the search of a subtree: the ray is done if it has a hit before the subtree's end. Otherwise the next
-// subtree of the list follows.
+// End the search of a subtree: the ray is done if it has a hit before it leaves the subtree's box.
+// Otherwise the next subtree of the list follows.
 void settle(inout State state, Hit hit) {
     state.phase = hit.t < state.t_max ? DONE : ENTER;
 }

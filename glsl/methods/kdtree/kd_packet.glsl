@@ -160,7 +160,7 @@ void restart_ray(int r) {
     t_max[r] = t_exit[r];
 }
 
-// Pop the next node behind a leaf, or restart. Return false when the rays of the turn have
+// Pop the next node after a leaf, or restart. Return false when the rays of the turn have
 // finished.
 bool leave_leaf() {
     any_left = false;

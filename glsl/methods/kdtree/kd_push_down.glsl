@@ -3,7 +3,7 @@
 // whole rest of the ray's interval. A restart begins at the last such child, not at the root.
 //
 // Departure: each restart, not only the first descent, looks for such a child. This is safe: a node that
-// contains the rest of the interval still contains the rest when it shrinks.
+// contains the rest of the interval still contains the rest when the rest shrinks.
 
 #include "methods/kdtree/kd_common.glsl"
 

@@ -5,9 +5,9 @@
 // the root of a whole sibling subtree, where rays from different leaves meet again.
 //
 // The packet goes on to the node of the ray with the smallest t. So rays that meet the same leaf usually
-// share its fetch and its tests.
+// share the leaf's fetch and tests.
 //
-// Departure: only rays that agree in the signs of their directions walk together, in a common turn
+// Departure: only rays whose directions have equal signs share a walk, which is called a turn
 // (drivers/packet_turns.glsl), so that all rays of a turn can leave a box by the same three faces. An
 // option chooses the file behind <triangle_tests> (drivers/triangle_by_ray.glsl or triangle_by_axes.glsl).
 
@@ -92,7 +92,7 @@ void split_ray(int r) {
     next = here && t_min[r] == t_front ? min(next, child) : next;
 }
 
-// Visit an inner node: move each ray at the node on to a child, and the packet to the child of the ray with
+// Visit an inner node. Each ray at the node moves to a child; the packet moves to the child of the ray with
 // the smallest t.
 void enter() {
     COUNT(nodes_visited);

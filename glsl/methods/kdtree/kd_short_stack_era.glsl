@@ -1,13 +1,13 @@
 // kd-short-stack in the era form (docs/era.md): the search of kd_short_stack.glsl, with a state that needs
-// three of a card's four render targets. Three rules keep it small, without extra instructions:
-//   1. In a leaf, the fields of the node and t_min hold the cursor and the end of the leaf's list, because
-//      leave_leaf() sets node and t_min anew.
-//   2. No stack holds the root, so the node of a free entry is 0, and no field counts the entries.
-//   3. While a ray is `pushing`, its stack is empty. The node of its first entry is then PUSHING.
+// three of a card's four render targets. Three rules keep the state small, without extra instructions:
+//   1. In a leaf, `place` holds the cursor instead of the node, and t_min holds the end of the leaf's
+//      list. This is possible because leave_leaf() sets node and t_min anew.
+//   2. No stack holds the root (node 0), so 0 marks a free entry, and no field counts the entries.
+//   3. While a ray is `pushing`, its stack is empty. The node of the first entry is then PUSHING.
 
 #define node place      // in a leaf, this field holds the cursor
 #define cursor place
-#define end t_min       // in a leaf, this field holds the end of its list
+#define end t_min       // in a leaf, this field holds the end of the leaf's list
 
 #include "methods/kdtree/kd_common.glsl"
 

@@ -1,4 +1,4 @@
-// The short stack of a kd packet: a few far children, each with the ends of the rays' intervals. A push
+// The short stack of a kd packet: a few far children, each with the t_max of every ray. A push
 // onto a full stack drops the lowest entry.
 
 int stacked;
@@ -42,7 +42,7 @@ void pop() {
     EACH(pop_ray)
 }
 
-// Pop entries until a ray is awake in the popped node.
+// Pop entries until a ray of the packet is awake (t_min < t_max) in the popped node.
 void pop_awake() {
     if (any_left && stacked > 0) {
         do {

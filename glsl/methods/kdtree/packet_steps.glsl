@@ -3,7 +3,7 @@
 // tree. The kernels of a packet are:
 //   `traverse` visits a node.
 //   `intersect` advances in the list of a leaf, after the rays have tested a triangle.
-//   `leave` goes on behind a leaf.
+//   `leave` goes from a leaf to the next node.
 //   `begin` begins the next turn at the root.
 //
 // A kernel loads the places of all rays and lets the rays vote, but stores only the packet's decision. A
@@ -11,8 +11,8 @@
 // pass, the fields `last` and `from` hold the last kernel and its node. The field `turns` has a bit for
 // each turn that has not begun.
 //
-// The method's file for `step` defines `traverse`, `load_ray`, and `clear_packet`, `load_packet` and
-// `store_packet`, which handle the fields of the packet's state that belong to the method.
+// The method's file for `step` defines `traverse` and `load_ray`. It also defines `clear_packet`,
+// `load_packet` and `store_packet`, which handle the method's own fields in the packet's state.
 
 void load_ray(int r);
 void clear_packet();

@@ -1,6 +1,6 @@
 #version 330 core
-// Writes the hits of a batch's rays. To get t, u and v, each ray tests once more the triangle that blending
-// or the depth test kept for it (methods/ray_engine/ray_engine.glsl).
+// Writes the hits of a batch's rays. Blending or the depth test kept a triangle for each ray
+// (methods/ray_engine/ray_engine.glsl). To get t, u and v, the ray tests this triangle again.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

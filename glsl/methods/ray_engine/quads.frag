@@ -36,7 +36,7 @@ void main() {
     }
     found_store(Found(hit.triangle));
 #else
-    // Round depth to 24 bits, because the depth buffer of a renderer may have more bits.
+    // Round depth to 24 bits, so that depth buffers with more bits keep the same triangle.
     gl_FragDepth = round(clamp(t / depth_end, 0.0, 1.0) * DEPTH_STEPS) / DEPTH_STEPS;
     found_store(Found(hit.triangle));
 #endif

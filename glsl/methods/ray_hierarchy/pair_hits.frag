@@ -1,6 +1,6 @@
 #version 330 core
-// Processes the pairs at the end of the traversal, whose nodes are single rays. The ray tests the triangle,
-// and keeps a hit that is nearer than the ray's hit so far.
+// Processes the last pairs of the traversal, each a single ray and a triangle. Tests a pair and writes a
+// hit that is nearer than the ray's hit so far.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

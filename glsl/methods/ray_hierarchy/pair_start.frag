@@ -1,5 +1,5 @@
 #version 330 core
-// Writes the first pairs of a stream: each triangle of a batch with each node of the topmost level.
+// Writes a stream's first pairs: each triangle of a batch with each node of the ray hierarchy's top level.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Sends each pair to its node, where blending counts the pairs.
+// Sends each (triangle, node) pair to the node's texel; blending counts the pairs.
 
 #include <sources>
 #include "core/fetch.glsl"

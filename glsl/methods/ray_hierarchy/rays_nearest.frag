@@ -1,6 +1,6 @@
 #version 330 core
-// Updates the rays after a batch of triangles: to get u and v, each ray tests once more the nearest
-// triangle that blending has found for it.
+// Updates the rays after a batch of triangles. Blending has found each ray's nearest triangle. To get u and
+// v, the ray tests this triangle again.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

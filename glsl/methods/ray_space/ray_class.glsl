@@ -3,9 +3,9 @@
 // cube; among equal components x comes first, then y (`dominant`). The two other components choose the
 // position on the face.
 //
-// A ray from outside the scene's box starts where it enters the box. If the ray's origin is so far away
-// that the error of the entry point is larger than the margin of the lists, the ray uses the list of its
-// face, which holds all triangles.
+// A ray from outside the scene's box starts where it enters the box. The error of the entry point grows
+// with the distance of the origin. If the error may exceed the margin of the lists, the ray uses the list
+// of its face, which holds all triangles.
 
 uniform int origin_cells;
 uniform int direction_cells;

@@ -1,11 +1,11 @@
 // Visibility field: Mortensen, Khanna, Yu, Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
 // section 5). A ray's direction and its crossing point with the scene's middle plane select the beam that
 // contains the ray. The beam has a list of candidate triangles in their order along the beam. A binary
-// search finds where the ray starts in the list. From there the ray tests candidates, forwards if it goes
-// up the axis and backwards if it goes down, until a candidate begins behind the hit. A ray that crosses
-// the plane beyond all tiles hits nothing.
+// search finds where the ray starts in the list. From there the ray tests candidates until a candidate
+// begins behind the hit: forwards if the ray goes up the beam's axis, and backwards if it goes down. A ray
+// that crosses the plane beyond all tiles hits nothing.
 //
-// Departure: a beam lists all triangles that a ray of any direction in its cell may meet. In the paper it
+// Departure: a beam lists all triangles that a ray of any direction in its cell may meet. The paper's beam
 // lists the triangles that rays of one sample direction meet. If the origin is so far away that the error
 // of the crossing point is larger than the margin of the beams, the ray uses the list of its axis, which
 // holds all triangles.

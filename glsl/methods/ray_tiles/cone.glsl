@@ -16,11 +16,11 @@
 //
 // Rounding, in units u = 2^-24. All lengths are divided by the largest component m of v, so |v| <= sqrt(3)
 // and nothing overflows. The error of v is at most 4u, and the axis is within 4u of unit length. So h and s
-// have errors of at most 16u. (s comes from a cross product, so no squares cancel.) The sine is within 4u
-// of the sine that belongs to the cosine, because 1 - cosine is exact near 1. The products and the
-// difference have errors below 48u. The radii have relative errors below 8u. MARGIN is more than twice the
-// sum. The pass that made the cone has lowered the cosine by the errors of the cosine and of the directions
-// (methods/ray_tiles/tile_cones.frag).
+// have errors of at most 16u. A cross product gives s, so no squares cancel. The sine is within 4u of the
+// sine that belongs to the cosine, because 1 - cosine is exact near 1. The products and the difference have
+// errors below 48u. The radii have relative errors below 8u. MARGIN is more than twice the sum of all these
+// errors. The pass that made the cone has lowered the cosine by the errors of the cosine and of the
+// directions (methods/ray_tiles/tile_cones.frag).
 
 const float MARGIN = 128.0 * 5.9604645e-8;
 const float TINY = 1e-30;   // below this length, squares of components underflow

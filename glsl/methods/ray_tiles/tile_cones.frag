@@ -10,7 +10,7 @@
 #include "methods/ray_tiles/cone.glsl"
 #include "core/ray_tile.glsl"
 
-const float COSINE_MARGIN = 16.0 * 5.9604645e-8;   // error of two unit vectors and their dot product: below 12u
+const float COSINE_MARGIN = 16.0 * 5.9604645e-8;   // above the error of two unit vectors and their dot product
 
 void main() {
     Tile_span span = tile_span_load(ivec2(gl_FragCoord.xy));

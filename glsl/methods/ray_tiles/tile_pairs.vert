@@ -4,7 +4,7 @@
 // Triangles are drawn in their order, each triangle once for each tile.
 //
 // With `equal` (the second draw), triangles beyond the ends of the rays are not rejected. A very small t
-// loses bits and may fall short of its triangle. A rejection by t would then lose this triangle.
+// loses bits, so a ray may end before the triangle that gives this t. A rejection would lose this triangle.
 //
 // Departure: with POINTS the square is a point as large as the tile. For a point this program runs once for
 // each pair, and for a quad four times.

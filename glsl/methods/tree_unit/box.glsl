@@ -1,5 +1,5 @@
-// The criterion of a BVH (see tree_unit.glsl): a ray searches each child whose box it meets. The boxes may
-// overlap, so a hit in one leaf never ends the search.
+// The criterion of a BVH (see tree_unit.glsl): a ray searches a child if it meets the child's box. The
+// boxes may overlap, so a hit in one leaf never ends the search.
 
 vec2 interval_in(Ray ray, int node) {
     return box_interval(ray, unit_bounds_lo(node), unit_bounds_hi(node));

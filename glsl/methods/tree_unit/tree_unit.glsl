@@ -8,8 +8,8 @@
 // beyond the present leaf can hold a nearer hit.
 //
 // This file handles links, leaves and the way back to parents. A stack would not work under all schedules,
-// so a ray climbs one parent per step, as in kd-backtrack (Foley and Sugerman 2005). From a near child, the
-// ray goes to the far sibling if the ray meets the sibling's box before its nearest hit.
+// so a ray climbs one level per step, as in kd-backtrack (Foley and Sugerman 2005). From a near child, the
+// ray goes to the far sibling if the ray meets the sibling's box before the ray's nearest hit.
 
 #include "core/axis.glsl"
 

@@ -13,4 +13,4 @@ SOURCE = Record("source", "index:int")
 """The index of the element to copy."""
 
 BOX = Record("box", "lo:vec3 | hi:vec3")
-"""A box of a triangle, a node or a run of slots. A slot is a place in the order of triangles."""
+"""A box of a triangle, a node or successive slots. A slot is a place in the order of triangles."""

@@ -15,7 +15,7 @@ def reduce_stream(room: StreamRoom, values: Stream, operation: str) -> Stream:
 
     Parameters
     ----------
-    values : of the record VALUES, at least one element
+    values : a stream of VALUES with at least one element
     """
     while values.length > 1:
         values = reduce_once(room, values, operation)

@@ -10,9 +10,9 @@ def scan(room: StreamRoom, values: Stream) -> Stream:
     """Return the exclusive prefix sums, n + 1 elements called "sums". The last sum is the total.
 
     Make levels upwards: an element of a level is the sum of a block of the level below. Then
-    compute prefix sums downwards (G. Blelloch, "Prefix Sums and Their Applications", 1990): to the
-    sum of all earlier blocks, known from the level above, add the sum inside the block. Sums are
-    exact if they are integers up to 2^24.
+    compute prefix sums downwards (G. Blelloch, "Prefix Sums and Their Applications", 1990): add
+    the sum inside the block to the sum of all earlier blocks, which the level above holds. Sums
+    are exact if they are integers up to 2^24.
 
     Parameters
     ----------

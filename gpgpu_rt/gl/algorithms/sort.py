@@ -22,11 +22,11 @@ def sort(room: StreamRoom, keys: Stream) -> Stream:
 
 
 def flips(length: int) -> list[int]:
-    """Return an integer for each step. In its set bits, the indices of two compared elements
-    differ."""
+    """Return an integer for each step: the exclusive or of the indices of two compared
+    elements."""
     merged, result = 1, []
     while merged < length:
-        result.append(2 * merged - 1)          # mirror a block of two sorted halves
+        result.append(2 * merged - 1)          # compare mirror images in two sorted halves
         distance = merged >> 1
         while distance:
             result.append(distance)

@@ -33,8 +33,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
                               "axis": bih.axis, "child": bih.child},
               BIH_BOUNDS.name: {"lo": lo, "hi": hi, "parent": bih.parents(), "side": side}}
     uniforms = {"scene_lo": tuple(bih.lo), "scene_hi": tuple(bih.hi), "node_count": nodes}
-    # A ray enters each node and climbs from the node at most once. With a stack, the ray also pops
-    # each node at most once.
+    # A ray enters each node at most once, and climbs from each node at most once. With a stack,
+    # the ray also pops each node at most once.
     bound = (3 if options["stack_size"] else 2) * nodes + len(bih.order)
     return Accelerator(tables, uniforms, bound, bih, boxes=bih.boxes)
 

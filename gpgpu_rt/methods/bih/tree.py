@@ -37,8 +37,8 @@ class Bih:
     ----------
     lo, hi : (3,) float32, the box of the triangles, world units
     axis : (n,) int8, 0, 1, 2, or 3 for a leaf
-    left_hi, right_lo : (n,) float32, the end of an inner node's left child and the start of its
-        right child along the axis; 0 for a leaf
+    left_hi, right_lo : (n,) float32, along the axis, the end of an inner node's left child and
+        the start of the right child; 0 for a leaf
     child : (n,) int32, the left child of an inner node (the right child follows), or a leaf's
         first triangle in `order`
     count : (n,) int32, the number of triangles of a leaf; 0 for an inner node
@@ -57,11 +57,11 @@ class Bih:
     depth: int
 
     def parents(self) -> np.ndarray:
-        """Each node's parent, (n,) int32; -1 for the root."""
+        """Return each node's parent, (n,) int32; -1 for the root."""
         return tree_order.pair_parents(self.child, self.axis != LEAF)
 
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """The lower and upper corners of each node's box, (n, 3) float32 each.
+        """Return the lower and upper corners of each node's box, (n, 3) float32 each.
 
         A node's box is the scene's box cut by the planes of all ancestors.
         """
@@ -138,7 +138,7 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
         nodes.split(axis, order, starts, left)
         cell_lo, cell_hi = cells
         taken = np.add.reduceat(left, starts, dtype=np.int64)
-        order = np.concatenate([order[left], order[~left]])    # keeps runs ascending
+        order = np.concatenate([order[left], order[~left]])    # ascending in each node
         count = np.concatenate([taken, count - taken])
         depth += 1
     return nodes.finish(depth)
@@ -146,7 +146,7 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
 
 def _spread(middle: np.ndarray, order: np.ndarray,
             starts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The lowest and highest box centres of k runs of triangles, (3, k) float64 each."""
+    """Return the lowest and highest box centres of k nodes' triangles, (3, k) float64 each."""
     where = [middle[a][order] for a in range(3)]
     return tuple(np.stack([bound.reduceat(w, starts) for w in where]).astype(np.float64)
                  for bound in (np.minimum, np.maximum))
@@ -202,7 +202,7 @@ class _BihNodes:
 
     def add(self, order: np.ndarray, count: np.ndarray, starts: np.ndarray,
             inner: np.ndarray) -> None:
-        """Append a level of nodes; `split` then sets the axes and planes of its inner nodes."""
+        """Append a level of nodes. `split` then sets the axes and planes of inner nodes."""
         n = len(count)
         first, second = np.full(n, -1, np.int64), np.full(n, -1, np.int64)
         first[inner] = self.nodes + n + np.arange(len(inner))
@@ -227,7 +227,7 @@ class _BihNodes:
         right_lo[inner] = np.minimum.reduceat(np.where(left, np.inf, lo), starts)
 
     def finish(self, depth: int) -> Bih:
-        """The tree with siblings side by side and subtrees in depth-first order."""
+        """Return the tree with siblings side by side and subtrees in depth-first order."""
         if not self.nodes:
             zero, none = np.zeros(3, np.float32), np.zeros(0, np.int32)
             return Bih(zero, zero, np.zeros(0, np.int8), *2 * (np.zeros(0, np.float32),),

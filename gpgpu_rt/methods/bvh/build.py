@@ -21,7 +21,7 @@ BUILDERS = {"sah": sah.build, "kay-kajiya": median.build, "goldsmith-salmon": in
 def node_limit(triangles: int, copies: float = 1) -> dict[str, int]:
     """The argument ``most_nodes`` of `build_bvh`, or {} if no limit is needed.
 
-    A limit keeps the indices of all nodes of ``copies`` trees exact as floats.
+    With this limit, the node indices of a tree stored ``copies`` times are exact as floats.
     """
     most = int(EXACT_INTEGER / copies)
     return {"most_nodes": most} if 2 * triangles - 1 > most else {}

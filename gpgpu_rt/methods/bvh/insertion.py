@@ -1,4 +1,4 @@
-"""Insertion build: add triangles to the tree one after another.
+"""Insertion build: adds triangles to the tree one after another.
 
 J. Goldsmith, J. Salmon, "Automatic creation of object hierarchies for ray tracing", IEEE CG&A
 7(5), 1987. The tree is binary with one triangle per leaf, as in Thrane and Simonsen (2005). A
@@ -55,7 +55,7 @@ def _insert(boxes: list[list[float]]) -> tuple[list[int], list[int], int]:
         x0, y0, z0, x1, y1, z1 = boxes[leaf]
 
         def joined(node: int) -> float:
-            """Half the area of the node's box, extended by the new triangle."""
+            """Return half the area of the box around the node and the new triangle."""
             a, b = lo_x[node], hi_x[node]
             x = (b if b > x1 else x1) - (a if a < x0 else x0)
             a, b = lo_y[node], hi_y[node]

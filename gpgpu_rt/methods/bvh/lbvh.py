@@ -44,20 +44,20 @@ def build(triangles: np.ndarray, *, morton_bits: int = AXIS_BITS, max_leaf: int 
 
 
 def unit_exponent(triangles: np.ndarray) -> int:
-    """The exponent of the power of two that scales all coordinates to at most about 1."""
+    """Return the exponent of the power of two that scales all coordinates to at most about 1."""
     _, exponent = np.frexp(np.abs(triangles).max(initial=0))
     return int(np.clip(-exponent, -126, 126))
 
 
 def centroids(triangles: np.ndarray) -> np.ndarray:
-    """The centres of the triangles' boxes, (3, n) float32, scaled by 2^`unit_exponent`."""
+    """Return the centres of the triangles' boxes, (3, n) float32, scaled by 2^`unit_exponent`."""
     exponent = unit_exponent(triangles)
     lo, hi = (np.ldexp(corner, exponent) for corner in triangle_boxes(triangles))
     return lo * np.float32(0.5) + hi * np.float32(0.5)
 
 
 def morton_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> np.ndarray:
-    """The Morton codes of the triangles, (n,) int64, 30 bits each.
+    """Return the Morton codes of the triangles, (n,) int64, 30 bits each.
 
     From the highest bit down, bits of x, y and z alternate: `bits` per axis, then zeros.
     """
@@ -74,7 +74,7 @@ def morton_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> np.ndarray:
 
 
 def sorted_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> tuple[np.ndarray, np.ndarray]:
-    """The codes in ascending order, and the triangle of each code. The sort is stable."""
+    """Return the codes in ascending order, and the triangle of each code. The sort is stable."""
     code = morton_codes(triangles, bits)
     order = np.argsort(code, kind="stable")
     return code[order], order
@@ -109,7 +109,7 @@ class RadixTree:
                          np.searchsorted(key, key[:-1] | below, side="right") - 1, bits)
 
     def parents(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-        """The parent of each span of slots: the gap between this span and its sibling.
+        """Return the parent of each span of slots: the gap between this span and its sibling.
 
         The span of all slots has the parent -1.
         """
@@ -119,7 +119,7 @@ class RadixTree:
                         np.where(after > before, last, first - 1))
 
     def cut(self, kept: np.ndarray, order: np.ndarray) -> LooseTree:
-        """The tree whose inner nodes are the kept gaps. The slots between these gaps form leaves.
+        """Return the tree whose inner nodes are the kept gaps. Slots between them form leaves.
 
         kept : (n - 1,) bool; the ancestors of a kept gap must be kept too
         order : (n,) int64, the triangle of each slot

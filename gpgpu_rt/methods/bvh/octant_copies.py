@@ -28,7 +28,7 @@ class OctantCopies:
 
     Attributes
     ----------
-    source : (8, n) int32, for each node of a copy, the node of the tree that is copied
+    source : (8, n) int32, for each node of a copy, the original node of the tree
     escape : (8, n) int32, the first node after a node's subtree in its copy; n if there is none
     below : (8, n) int32, the first shared node below a portal; -1 if the node is not a portal
     shared : (m,) int32, for each shared node, the node of the tree

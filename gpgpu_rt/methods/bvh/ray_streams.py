@@ -95,7 +95,7 @@ class RayStreams(MethodDriver):
 
     def _filter(self, rays: RayTextures, hits: Target, first: int, count: int,
                 any_hit: bool) -> int:
-        """Replace ``count`` elements, from ``first``, by entered children. Return their number."""
+        """Replace ``count`` elements from ``first`` on by entered children. Return their count."""
         self.lengths.append(count)
         tally = [TALLY] if self.tallied else []
         self._draw("stream_visit", ("visited", "values"),
@@ -118,7 +118,7 @@ class RayStreams(MethodDriver):
         return near + far
 
     def _gather(self, sums: Stream, flag: str, target: Stream, first: int, count: int) -> None:
-        """Copy the elements whose ``flag`` is set into ``target``, from element ``first`` on."""
+        """Copy the elements with ``flag`` to ``target``, from its element ``first`` on."""
         self.room.draw("stream_take", target, [self._streams["visited"], sums],
                        first=first, count=count, defines={"FLAG": flag, "FAR": flag == FAR},
                        base=first, elements=sums.length - 1)
@@ -181,8 +181,7 @@ class RayStreams(MethodDriver):
 
     def _over_rays(self, rays: RayTextures, hits: Target | None, target: Target,
                    any_hit: bool) -> None:
-        """Draw a pass over all rays: start them if ``hits`` is None, else write their final hits.
-        """
+        """Draw a pass over all rays. Start the rays if ``hits`` is None, else write their hits."""
         reads = [rays.record] if hits is None else [TALLY] if self.tallied else []
         layout = self.precision.layout
         writes = [layout(self.method.state), layout(HIT)]
@@ -212,7 +211,7 @@ class RayStreams(MethodDriver):
                              tuple(sorted(defines.items()))), make)
 
     def _stream_size(self, rays: int) -> int:
-        """The largest number of stream elements in a pass, for ``rays`` rays."""
+        """Return the largest number of stream elements in a pass, for ``rays`` rays."""
         levels = self.accelerator.stack_levels + 3
         nodes = int(self.accelerator.uniforms["node_count"]) + 1
         return min(self.options["stream_size"], EXACT_INTEGER // levels, rays * nodes)

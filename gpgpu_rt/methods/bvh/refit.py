@@ -1,12 +1,12 @@
 """Refitting: fit the boxes of a hierarchy to triangles that moved, and keep the tree.
 
 I. Wald, S. Boulos, P. Shirley, "Ray tracing deformable scenes using dynamic bounding volume
-hierarchies", ACM TOG 26(1), 2007. Refitting fits the boxes from the leaves up, but they overlap
-more and more. The tracer therefore rebuilds the tree when its cost by the surface area heuristic
-exceeds `rebuild_ratio` times the cost after the last build. The default is 1.4, because C.
-Lauterbach, S.-E. Yoon, D. Tuft, D. Manocha, "RT-DEFORM", 2006, rebuild when their measure has
-grown by 40 %. The cost is relative to the root's area, so it may not rise if triangles fly apart.
-In this case choose a lower `rebuild_ratio`.
+hierarchies", ACM TOG 26(1), 2007. Refitting fits the boxes from the leaves up, but the boxes
+overlap more and more. The tracer therefore rebuilds the tree when the tree's cost (surface area
+heuristic) exceeds `rebuild_ratio` times the cost after the last build. The default is 1.4, because
+C. Lauterbach, S.-E. Yoon, D. Tuft, D. Manocha, "RT-DEFORM", 2006, rebuild when their measure has
+grown by 40 %. The cost is relative to the root's area, so it need not rise when triangles fly
+apart. In this case choose a lower `rebuild_ratio`.
 """
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class Refitter:
 
     Attributes
     ----------
-    leaves : (l,) int64, the leaves in the order of their runs in `Bvh.order`
-    starts : (l,) int64, the start of each leaf's run
-    inner : (nodes, left, right) of the inner nodes of each depth, the deepest level first
+    leaves : (l,) int64, the leaves in the order of their triangles in `Bvh.order`
+    starts : (l,) int64, the position of each leaf's first triangle in `Bvh.order`
+    inner : for each depth, deepest first: the inner nodes, their left and right children
     """
 
     leaves: np.ndarray
@@ -45,8 +45,8 @@ class Refitter:
                    [(nodes, left[nodes], right[nodes]) for nodes in reversed(levels)])
 
     def refit(self, bvh: Bvh, triangles: np.ndarray) -> Bvh:
-        """The tree with boxes fitted to the moved ``triangles``, (n, 3, 3) float32, in the same
-        order."""
+        """Return the tree with boxes fitted to the moved ``triangles``, (n, 3, 3) float32, in the
+        same order."""
         if not len(self.leaves):
             return bvh
         box_lo, box_hi = triangle_boxes(triangles.take(bvh.order, axis=0))

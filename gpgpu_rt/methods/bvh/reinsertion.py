@@ -9,7 +9,7 @@ of greater gain.
 As in the paper, the search goes from ancestor to ancestor. Departures: from each ancestor, the
 search goes down level by level, because numpy processes many nodes at once. Subtrees whose move
 was in conflict search again in the same round. Two moves conflict only if they change the links of
-the same node, or if one would put its subtree into the subtree of the other. If the moves together
+the same node, or if one move puts its subtree into the subtree of the other. If the moves together
 gain nothing, only the half with the greater gains is made.
 """
 from __future__ import annotations

@@ -32,7 +32,7 @@ LayoutOf = Callable[[Options], type[Layout]]
 
 @dataclass
 class _Kept:
-    """Data of a tree's tables that stay valid when the tree's boxes change.
+    """Data that stay valid when the tree's boxes change.
 
     Attributes
     ----------
@@ -124,7 +124,7 @@ _REBUILD = Option("rebuild_ratio", REBUILD_RATIO, "rebuild the tree of moved tri
                   "SAH cost of the refitted tree is this many times the cost of the last build; "
                   "0: always rebuild", float, minimum=0, label="rebuild at cost ratio")
 
-# The files that options choose. The row's ``glsl`` has the walk of a packet.
+# Options choose these files. The walk of a packet is in the row's ``glsl`` file.
 _SUBTREES = Part("subtrees", "shared_subtrees", "methods/bvh/own_subtrees.glsl",
                  {True: "methods/bvh/shared_subtrees.glsl"})
 _ENTRIES = Part("entries", "entry_points", "methods/bvh/threaded_root.glsl",
@@ -141,7 +141,7 @@ _RAY = "methods/bvh/packet_ray.glsl"
 
 
 def _stepwise(options: Options) -> Stepwise:
-    """The state, kernels and GLSL file of a packet under ``step``.
+    """Return the state, kernels and GLSL file of a packet under ``step``.
 
     With ``octants``, a packet goes along escape indices; otherwise, it has a stack.
     """
@@ -154,13 +154,13 @@ def _stepwise(options: Options) -> Stepwise:
 
 
 def _own_array(options: Options) -> bool:
-    """Whether each fragment holds a stack in a local array; under ``step`` textures hold it."""
+    """Return whether fragments hold stacks in local arrays; under ``step``, textures hold them."""
     return (options["schedule"] == "loop"
             and not options.get("octants") and not options.get("streams"))
 
 
 def _stack_row(name: str, summary: str, **more: Any) -> Method:
-    """A row of Günther's method. Its ``state`` holds each ray's phase after the packets' pass."""
+    """Return a row of Günther's method. ``state`` has each ray's phase after the packets' pass."""
     return Method(
         name=name, summary=summary, citation="Günther et al. 2007",
         glsl=f"methods/bvh/{name.replace('-', '_')}.glsl", kernels=("step_packet",),
@@ -172,14 +172,14 @@ def _stack_row(name: str, summary: str, **more: Any) -> Method:
 
 
 def _threaded_form(row: Method, options: Options) -> Method:
-    """The row, with additional fields of the state for entry points or shared subtrees."""
+    """Return the row, with additional fields of the state for entry points or shared subtrees."""
     row = with_entries(BVH_ENTERING)(row, options)
     shared = options["shared_subtrees"]
     return replace(row, state=row.state.extended(SHARED_WAY_OUT)) if shared else row
 
 
 def _packet_form(packets: Method, options: Options) -> Method:
-    """The row of bvh-packet, adapted to these options.
+    """Return the row of bvh-packet, adapted to these options.
 
     With ``streams``, passes filter a stream of (ray, node) pairs. With ``octants``, packets go
     along escape indices. Otherwise, packets have a stack.

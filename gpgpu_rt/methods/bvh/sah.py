@@ -4,7 +4,7 @@ As in I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 
 divide the range between the outermost centroids. In nodes with few triangles, every split between
 two triangles is tried (a sweep), as in I. Wald, S. Boulos, P. Shirley, "Ray tracing deformable
 scenes using dynamic bounding volume hierarchies", 2007. All three axes are tried. A node is split
-at the median triangle if it is binned and its centroids coincide, or if it could otherwise exceed
+at the median triangle if it is binned and its centroids coincide, or if its subtree could exceed
 the depth cap.
 """
 from __future__ import annotations
@@ -47,7 +47,7 @@ def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = MAX_LEAF,
 def splitter(*, bins: int = 32, max_leaf: int = MAX_LEAF, traversal_cost: float = 1.0,
              intersection_cost: float = 1.0, max_depth: int = 64, run: Run = map,
              **unknown: object) -> top_down.Splitter:
-    """A function that splits a level by SAH. Other builders use it to split clusters.
+    """Return a function that splits a level by SAH. Other builders split clusters with it.
 
     run : a function such as `map`, which applies a function to the parts of a level
     other parameters : as in `build`
@@ -74,8 +74,8 @@ def splitter(*, bins: int = 32, max_leaf: int = MAX_LEAF, traversal_cost: float 
 def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The cheapest split of each node: its cost, axis and number of triangles on the left.
 
-    The cost is the sum, over both sides, of the area of the side's box times the number of its
-    triangles, divided by the node's area. If no split was found, the number of triangles is 0.
+    The area of each side's box is multiplied by the side's number of triangles. The cost is the
+    sum of both products, divided by the node's area. Without a split, the number on the left is 0.
     """
     nodes = len(level.count)
     cost = np.full(nodes, np.inf, np.float32)
@@ -149,7 +149,7 @@ def _binned(level: TriangleLevel, a: int, index: np.ndarray, count: np.ndarray,
         per_unit = np.where(high > low, np.float32(bins) / (high - low), 0)
     per_unit = np.where(np.isfinite(per_unit), per_unit, 0).astype(np.float32)
     bin_ = ((where - low[node]) * per_unit[node]).astype(np.int64).clip(0, bins - 1)
-    cell = node * bins + bin_                           # ascending, because the order is sorted
+    cell = node * bins + bin_           # ascending, because `order` sorts the triangles along `a`
     runs = np.flatnonzero(np.diff(cell, prepend=-1))
     shape = (3, len(count), bins)
     lo = np.full(shape, np.inf, np.float32)

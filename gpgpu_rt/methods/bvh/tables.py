@@ -37,17 +37,17 @@ class Layout(Protocol):
     def record(options: Options) -> Record | PackedRecord: ...
 
     def fields(self, bvh: Bvh, options: Options) -> tuple[Fields, dict[str, Any]]:
-        """The table's fields, and the uniforms that depend on boxes.
+        """Return the table's fields, and the uniforms that depend on boxes.
 
         ``bvh`` must be the tree of the constructor, perhaps with other boxes.
         """
 
     def boxes(self, bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corners of the node of each record, (n, 3) float32 each, world units."""
+        """Return lower and upper corners of the records' nodes, (n, 3) float32, world units."""
 
 
 class Threads:
-    """A table with a BVH_NODE or QUANTISED_NODE record for each node of the tree or the copies."""
+    """A table with a BVH_NODE or QUANTISED_NODE record for each node of the tree or its copies."""
 
     def __init__(self, bvh: Bvh, options: Options) -> None:
         nodes, self.stack_levels = len(bvh.escape), 0
@@ -96,7 +96,7 @@ class Threads:
         return bvh.lo[self.source], bvh.hi[self.source]
 
     def _corner(self, met: np.ndarray, other: np.ndarray) -> Column:
-        """A corner of each record's box.
+        """Return a corner of each record's box.
 
         The corner comes from ``met``, (n, 3); along the axes that ``reversed`` marks, it comes
         from ``other``.
@@ -147,12 +147,12 @@ class Pairs:
 
 
 def scene_box(bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
-    """The scene's lower and upper corner, (3,) float32 each, world units."""
+    """Return the scene's lower and upper corner, (3,) float32 each, world units."""
     return (bvh.lo[0], bvh.hi[0]) if len(bvh.lo) else (np.zeros(3, np.float32),) * 2
 
 
 def last_of_leaves(first: np.ndarray, count: np.ndarray, order: np.ndarray) -> np.ndarray:
-    """Flags of triangles in ``order``, (m,) int32: 1 for the last triangle of each leaf."""
+    """Return flags of triangles in ``order``, (m,) int32: 1 for the last triangle of each leaf."""
     last = np.zeros(len(order), np.int32)
     leaf = count > 0
     last[(first + count)[leaf] - 1] = 1
@@ -166,7 +166,7 @@ def _portal_code(nodes: np.ndarray) -> np.ndarray:
 
 def _links(escape: np.ndarray, first: np.ndarray, count: np.ndarray,
            base: int) -> dict[str, np.ndarray]:
-    """The fields ``escape`` and ``first`` of a tree whose nodes begin at ``base`` in the table."""
+    """Return the fields ``escape`` and ``first`` of a tree whose nodes begin at row ``base``."""
     return {"escape": np.where(escape < len(escape), escape + base, -1),
             "first": np.where(count > 0, first, -1)}
 

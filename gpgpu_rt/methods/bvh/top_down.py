@@ -1,8 +1,8 @@
 """Top-down build of a binary tree over triangles. All nodes of a level are split together.
 
 The triangles are sorted once by centroid along each axis. In each of these three orders, the
-triangles of a node form a run. A split along an axis moves the first triangles of the run in this
-axis's order to the left child. Filtering by side keeps each order sorted.
+triangles of a node are consecutive. A split along an axis moves the node's first triangles in this
+axis's order to the left child. A stable partition of the three orders keeps them sorted.
 """
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class TriangleLevel:
 
     Attributes
     ----------
-    order : (3, m) int64, for each axis, the triangles of one node after another; within a node,
-        sorted by centroid along the axis
+    order : (3, m) int64; row a lists the triangles node by node, and the triangles of a node in
+        the order of their centroids along axis a
     count : (k,) int64, the number of triangles of each node
     lo, hi, centroid : (3, n) float32, boxes and centroids of all triangles, divided by a power of
         two so that no coordinate exceeds 1

@@ -95,8 +95,8 @@ class LooseTree:
     def coarsened(self, most_nodes: int) -> LooseTree:
         """A tree of at most `most_nodes` nodes.
 
-        If the tree is larger, every subtree with at most k triangles becomes a leaf, for a number
-        k that keeps the limit.
+        If the tree is larger, every subtree with at most k triangles becomes a leaf; k is chosen
+        to keep the limit.
         """
         if len(self.left) <= most_nodes:
             return self
@@ -107,7 +107,7 @@ class LooseTree:
     def with_leaves(self, triangles: np.ndarray, max_leaf: int) -> LooseTree:
         """Turn subtrees of at most `max_leaf` triangles into leaves if the SAH cost does not rise.
 
-        A node and a triangle both cost 1.
+        A node's visit and a triangle's test both cost 1.
         """
         inner = tree_order.inner_levels(self.left, self.right) if len(self.left) else []
         if not inner:

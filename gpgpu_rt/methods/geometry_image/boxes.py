@@ -13,7 +13,7 @@ from .tree import ImageTree
 
 
 def image_boxes(tree: ImageTree, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The lower and the upper corners of every node's box, (m, 3) float32 each.
+    """Return the lower and the upper corners of every node's box, (m, 3) float32 each.
 
     ``positions`` is (texels, 3).
     """
@@ -32,7 +32,7 @@ def image_boxes(tree: ImageTree, positions: np.ndarray) -> tuple[np.ndarray, np.
 
 def octant_links(tree: ImageTree, positions: np.ndarray
                  ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The links for the rays of each direction octant.
+    """Return the links for the rays of each direction octant.
 
     Component a of a direction is negative if and only if bit a of its octant is set.
 

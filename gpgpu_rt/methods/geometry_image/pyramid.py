@@ -1,7 +1,7 @@
 """Pyramid: computes the boxes of a geometry image's quadtrees with one fragment pass per level.
 
 A pass cannot read the texture that it writes, so levels are drawn alternately into the tables and
-into scratch textures. A last pass copies the scratch levels into the tables. A colour mask
+into scratch textures. A final pass copies the scratch levels into the tables. A colour mask
 protects the links in the tables' fourth channels.
 """
 from __future__ import annotations
@@ -80,7 +80,7 @@ class Pyramid:
         self._odd = _kept(gpu, np.concatenate([np.zeros((0, 4)), *spans[1::2]]))
 
     def bounds(self, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The box (lo, hi), (3,) float32 each, around the given nodes, read back from the GPU."""
+        """Read back the box (lo, hi), (3,) float32 each, around the given nodes from the GPU."""
         boxes = np.array([[self._corner(node, k) for k in (0, 1)] for node in nodes.tolist()])
         return boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
 
@@ -106,5 +106,5 @@ def _kept(gpu: Gpu, corners: np.ndarray) -> Rectangles:
 
 
 def _box_sampler(record: Record) -> str:
-    """The name of the sampler for the texture that holds a pyramid's corners."""
+    """Return the name of the sampler for the texture that holds a pyramid's corners."""
     return f"{record.name}{record.plane_of(record.fields[0].texel).suffix}_table"

@@ -11,7 +11,7 @@ IMAGE_CELL = Record("image_cell", "corner:int across:int down:int face:int")
 
 ``across`` and ``down`` are the distances in texels to the next corner in the same row and column.
 ``across`` is negative if the quad's first triangle has no area. ``down`` is negative if the second
-has none."""
+triangle has no area."""
 
 MIN_PYRAMID = Record("min_pyramid", "lo:vec3 miss:int")
 """A node of a geometry image's quadtrees: the lower corner of its box, and ``miss``, the node

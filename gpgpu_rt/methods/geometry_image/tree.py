@@ -33,7 +33,7 @@ class ImageTree:
     faces : The texels of the corners of each of the scene's triangles, (n, 3) int64.
     texels : Number of texels.
     first, last : A node's first and last child, or a cell's first and last texel, (m,) int32.
-    miss : The node after a node's subtree, (m,) int32. A root has the next root, the last root -1.
+    miss : The node after a node's subtree, (m,) int32; for a root the next root, for the last -1.
     hit : A node's first child, (m,) int32; -1 - i for quad i of `corner`, where rays stop.
     levels : The first node of each level, then the number of nodes, (k + 1,) int64.
     corner : The first texel of each quad at the level where rays stop, (leaves,) int32.
@@ -59,7 +59,7 @@ class ImageTree:
 
     @property
     def roots(self) -> np.ndarray:
-        """The root of each quadtree, (charts,) int64, or (1,) for single triangles."""
+        """Return the root of each quadtree, (charts,) int64, or (1,) for single triangles."""
         found, node = [], self.root
         while node >= 0:
             found.append(node)
@@ -67,9 +67,9 @@ class ImageTree:
         return np.array(found, np.int64)
 
     def positions(self, triangles: np.ndarray) -> np.ndarray:
-        """The positions of all texels, (texels, 3) float32, from (n, 3, 3) triangles.
+        """Return the positions of all texels, (texels, 3) float32, from (n, 3, 3) triangles.
 
-        A triangle without area provides only its first corner: `shrink_flat` moved the others.
+        A triangle without area provides only its first corner: `shrink_flat` moved the other two.
 
         Raises
         ------
@@ -91,12 +91,12 @@ class ImageTree:
         return at
 
     def without_area(self, triangles: np.ndarray) -> np.ndarray:
-        """Whether each triangle has no area, (n,) bool. `shrink_flat` must have run before."""
+        """Return whether each triangle has no area, (n,) bool. `shrink_flat` must have run."""
         v0, v1, v2 = triangles.transpose(1, 2, 0)    # faster one axis at a time
         return np.logical_and.reduce([v0[a] == v[a] for v in (v1, v2) for a in range(3)])
 
     def halves(self, positions: np.ndarray) -> np.ndarray:
-        """The two triangles of each quad at the level where rays stop, (leaves, 2, 3, 3)."""
+        """Return both triangles of each quad at the level where rays stop, (leaves, 2, 3, 3)."""
         a, d = positions[self.corner], positions[self.corner + self.down]
         b = positions[self.corner + self.across]
         c = positions[self.corner + self.across + self.down]
@@ -206,7 +206,7 @@ def _forest(charts: tuple[tuple[int, int], ...], cells: list[_Cells], faces: np.
 
 
 def _tree(code: np.ndarray) -> list[np.ndarray]:
-    """The first child of every node, level by level, from the cells up to a single node.
+    """Return the first child of every node, level by level, from the cells up to one root.
 
     Children are numbered within their own level. The first level numbers the cells themselves.
     """

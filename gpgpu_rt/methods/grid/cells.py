@@ -70,7 +70,7 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
     resolution : number of cells along each axis, one number or three, 1 to 512; by default from
         `density`
     density : target number of cells per triangle. A flat scene has one cell across its thin axis.
-        The resolution is halved until the grid holds at most 64 n + 4096 references
+        The default resolution is halved until the grid holds at most 64 n + 4096 references
 
     Raises
     ------
@@ -198,7 +198,7 @@ class Shapes:
 
     def plane_range(self, triangle: np.ndarray,
                     cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The cells of a column that the triangle's plane crosses: the first, and their number."""
+        """The first cell of a column that the triangle's plane crosses, and the cells' number."""
         normal, axis, row = self.normal[triangle], self.axis[triangle], np.arange(len(triangle))
         first, count = self.first[triangle, axis], self.cell_count[triangle, axis]
         along = normal[row, axis]
@@ -217,7 +217,7 @@ class Shapes:
         return low, np.maximum(high - low + 1, 0)
 
     def overlap(self, triangle: np.ndarray, cell: np.ndarray) -> np.ndarray:
-        """Whether triangles, (m,), overlap cells, (m, 3), given that their boxes do."""
+        """Whether triangles, (m,), overlap cells, (m, 3), if the triangles' boxes do."""
         low, height = self.plane_range(triangle, cell)
         up = cell[np.arange(len(cell)), self.axis[triangle]]
         found = (up >= low) & (up < low + height)

@@ -13,7 +13,7 @@ from .cells import Grid
 
 
 def proximity_cloud(grid: Grid) -> np.ndarray:
-    """The distance of each cell to the nearest cell with references.
+    """Return the distance of each cell to the nearest cell with references.
 
     Returns
     -------
@@ -51,7 +51,7 @@ def _sweep(distance: np.ndarray, axis: int, older: list[int]) -> None:
 
 
 def _least_of_neighbours(values: np.ndarray, axis: int) -> np.ndarray:
-    """The minimum of each cell's value and its two neighbours' values along the axis."""
+    """Return the minimum of each cell's value and its two neighbours' values along the axis."""
     result = values.copy()
     inward, outward = np.moveaxis(values, axis, 0), np.moveaxis(result, axis, 0)
     np.minimum(outward[1:], inward[:-1], out=outward[1:])

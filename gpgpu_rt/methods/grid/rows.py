@@ -80,7 +80,7 @@ def _row(name: str, summary: str, citation: str, proximity: bool, **more: Any) -
 
 
 def _form(single: Method, options: Mapping[str, Any]) -> Method:
-    """The row of grid, for single rays (Purcell) with the packet 1x1, else for packets (Wald)."""
+    """Return the row of grid: for single rays with the packet 1x1, else for packets (Wald)."""
     if options["packet"] == (1, 1):
         return single
     return replace(

@@ -4,10 +4,10 @@ C. Lauterbach et al., "Fast BVH construction on GPUs", Eurographics 2009, build 
 hierarchy in this way; Hachisuka's survey proposes it for kd-trees (section 5). In the upper
 levels, the surface area heuristic (SAH) would be slow, because each node has many references.
 
-In the paper, each triangle has a code. Here, every cell of a coarse lattice has a code, and lists
-the triangles that overlap it. A node of the upper levels is the part of the lattice whose codes
-begin with a prefix of bits. Nodes are halved along x, y and z in turn. A node without occupied
-cells is an empty leaf.
+In the paper, each triangle has a code. Here, every cell of a coarse lattice has a code, and a list
+of the triangles that overlap the cell. A node of the upper levels contains the cells whose codes
+begin with the same prefix of bits. Nodes are halved along x, y and z in turn. A node without
+occupied cells is an empty leaf.
 """
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarr
     box = np.concatenate([np.maximum(part_lo[:, whole] - pad, lo[:, owner]),
                           np.minimum(part_hi[:, whole] + pad, hi[:, owner])])
     held = np.bincount(owner, minlength=len(cell))
-    kept = np.flatnonzero(held)     # leave out cells that hold triangles only because of padding
+    kept = np.flatnonzero(held)     # drop cells that hold triangles only because of padding
     return (KdLevel(np.ascontiguousarray(lo[:, kept]), np.ascontiguousarray(hi[:, kept]),
                     held[kept], triangle, box), codes[kept])
 
@@ -127,8 +127,8 @@ def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTre
 
 
 def middle_of(prefix: np.ndarray, depth: int, bits: int) -> np.ndarray:
-    """The index across axis ``depth`` % 3 of the lattice plane that halves each node at ``depth``.
-    """
+    """Return, for each node at ``depth``, the index of the lattice plane that halves the node. The
+    plane is across axis ``depth`` % 3."""
     coordinate = np.zeros_like(prefix)
     for bit in range(depth % 3, depth, 3):
         coordinate = coordinate << 1 | prefix >> depth - 1 - bit & 1

@@ -23,8 +23,8 @@ With ``entry_points``, the parent is not set, and faces on the scene's box lie a
 
 KD_LEAF = Record("kd_leaf", "lo:vec3 rope_lo_x:int | hi:vec3 rope_hi_x:int "
                             "| rope_lo_y:int rope_hi_y:int rope_lo_z:int rope_hi_z:int")
-"""Data of leaf number n for kd-ropes: the leaf's box, and for each face the node behind the face,
-or -1."""
+"""Data of leaf number n for kd-ropes: the leaf's box, and a rope for each face: the node behind
+the face, or -1 if there is none."""
 
 KD_STATE = Record("state", "t_min t_max t_exit node:int | cursor:int end:int phase:int steps:int")
 """A ray's state: its interval (`t_min`, `t_max`) in the current `node`, and `t_exit`, where the
@@ -38,9 +38,9 @@ down the tree."""
 
 KD_SHORT_STACK_STATE = KD_STATE.extended(
     "pushed:int pushing:int stacked:int | stack_t_max:vec4 | stack_node:ivec4")
-"""KD_PUSH_DOWN_STATE, and a stack of the `stacked` far children that were pushed last, newest
-first. For each entry, `stack_node` holds the far child, and `stack_t_max` the end of its
-interval."""
+"""KD_PUSH_DOWN_STATE, and a stack of the far children that were pushed last, newest first.
+`stacked` is the number of entries. For each entry, `stack_node` holds the far child, and
+`stack_t_max` the end of its interval."""
 
 KD_SHORT_STACK_ERA_STATE = replace(
     KD_STATE, layout="t_min t_max t_exit place:int | stack_t_max:vec3 phase:int "

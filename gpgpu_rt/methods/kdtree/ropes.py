@@ -47,7 +47,7 @@ def build_ropes(tree: KdTree, push_down: bool = True) -> Ropes:
     Parameters
     ----------
     push_down : if True, each rope points to the smallest node that touches the whole face. If
-        False, to the root of the sibling subtree, where the rays of a packet meet again
+        False, it points to the root of the sibling subtree, where a packet's rays meet again
     """
     lo, hi = tree.boxes()
     ropes = np.full((2, len(tree.axis), 3), NIL, np.int32)   # (lower or upper face, node, axis)

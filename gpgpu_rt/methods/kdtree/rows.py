@@ -68,7 +68,7 @@ _FULL_STACK = Option("stack_size", None, "number of stack entries; default: the 
 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
-    """The tables, uniforms and step bound that every method of the family needs."""
+    """Return the tables, uniforms and step bound that every method of the family needs."""
     check_culling(options)
     tree = built_kdtree(triangles, options)
     leaf = tree.axis == KD_LEAF_AXIS
@@ -96,10 +96,10 @@ def _prepare_bounds(triangles: np.ndarray, options: Mapping[str, Any]) -> Accele
 
 
 def _with_boxes(prepare: Callable[..., Accelerator]) -> Callable[..., Accelerator]:
-    """A ``prepare`` that adds the boxes of all nodes if the option ``entry_points`` is given.
+    """Return a ``prepare`` that adds the boxes of all nodes if ``entry_points`` is given.
 
-    The scene's box clips the rays anyway, so faces on this box are moved to infinity. There, their
-    rounding error cannot lose a hit.
+    The scene's box clips the rays anyway, so faces on this box are moved to infinity. At infinity,
+    the rounding error of a face cannot lose a hit.
     """
     def prepare_boxes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
         prepared = prepare(triangles, options)
@@ -142,7 +142,7 @@ def _for_packets(prepared: Accelerator, options: Mapping[str, Any]) -> Accelerat
 
 
 def _changed_by_packets(options: Mapping[str, Any]) -> dict[str, str]:
-    """The fields of KD_PACKET_ERA_STATE that each kernel computes.
+    """Return the fields of KD_PACKET_ERA_STATE that each kernel computes.
 
     Fields that a kernel only sets to a constant are left out, and so is ``t_far``, a copy of
     ``t_max`` (glsl/methods/kdtree/kd_packet_era.glsl).
@@ -178,7 +178,7 @@ def _packet_states(options: Mapping[str, Any]) -> tuple[Record, Record]:
 def _packet_row(name: str, summary: str, citation: str, single: str,
                 states: Callable[[Mapping[str, Any]], tuple[Record, Record]],
                 **more: Any) -> Method:
-    """A row of a packet method.
+    """Return the row of a packet method.
 
     ``states`` returns the state of a packet and the state of a ray under the schedule ``step``.
     Under ``loop``, the row's ``state`` holds each ray's phase after the packets' single pass.
@@ -204,7 +204,7 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
          state: Record = KD_STATE, tables: tuple[Record, ...] = (),
          options: tuple[Option, ...] = (),
          prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
-    """A row of a single-ray method, with more ``kernels``, ``tables`` and ``options``."""
+    """Return the row of a single-ray method with further kernels, tables and options."""
     return Method(
         name=name, summary=summary, citation=citation,
         glsl=f"methods/kdtree/{name.replace('-', '_')}.glsl",
@@ -214,8 +214,8 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
 
 
 def _short_stack(row: Method, options: Mapping[str, Any]) -> Method:
-    """The row of kd-short-stack for these options. For a stack of at most three entries, the era
-    form has a smaller state, which fits into a card's render targets."""
+    """Return the row of kd-short-stack for these options. For a stack of at most three entries,
+    the era form (docs/era.md) has a smaller state, which fits into a card's render targets."""
     if options.get("era") and options["stack_size"] <= 3:
         return replace(row, state=KD_SHORT_STACK_ERA_STATE,
                        glsl="methods/kdtree/kd_short_stack_era.glsl")
@@ -225,7 +225,7 @@ def _short_stack(row: Method, options: Mapping[str, Any]) -> Method:
 def _entering_row(name: str, summary: str, citation: str, state: Record = KD_STATE,
                   options: tuple[Option, ...] = (),
                   prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
-    """A row of a method whose rays may begin at the nodes of an entry list."""
+    """Return the row of a method whose rays may begin at the nodes of an entry list."""
     return _row(name, summary, citation, state=state, options=(*options, ENTRY_POINTS),
                 prepare=_with_boxes(prepare), entry_walk="methods/kdtree/entry_kd.glsl",
                 choose_tables=lambda options: (

@@ -3,9 +3,9 @@
 J. D. MacDonald, K. S. Booth, "Heuristics for ray tracing using space subdivision", The Visual
 Computer 6, 1990. The option `split` selects one of two kinds of candidate planes:
 
-`exact` tries every face of every reference's box (I. Wald, V. Havran, "On building fast kd-trees
-for ray tracing, and on doing that in O(N log N)", 2006). References are sorted on every level; the
-paper keeps them sorted by merging.
+`exact` tries every face of every reference's box; a reference is a triangle in a node (I. Wald, V.
+Havran, "On building fast kd-trees for ray tracing, and on doing that in O(N log N)", 2006).
+References are sorted on every level; the paper keeps them sorted by merging.
 
 `binned` tries the ends of bins, and counts lower and upper faces in two histograms (M. Shevtsov,
 A. Soupikov, A. Kapustin, "Highly parallel fast kd-tree construction for interactive ray tracing of
@@ -104,7 +104,7 @@ class SplitCost:
            node: np.ndarray | slice = slice(None)) -> np.ndarray:
         """The cost of planes (..., k) with `left` and `right` references; inf outside the node.
 
-        node : the node of each plane; by default, the last axis of `plane` numbers the nodes
+        node : the node of each plane; by default, index i on the last axis means node i
         """
         with np.errstate(invalid="ignore", over="ignore"):
             share = (plane - self.lo[node]) * self.per_unit[node]

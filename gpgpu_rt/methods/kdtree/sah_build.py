@@ -1,9 +1,9 @@
 """SAH build: builds a kd-tree by the surface area heuristic (SAH), a level of nodes at a time.
 
 I. Wald, V. Havran, "On building fast kd-trees for ray tracing, and on doing that in O(N log N)",
-2006. References are clipped to their node, and splits that cut off empty space get a bonus. By
-default, the depth is at most 8 + 1.3 log2 n (V. Havran, thesis, 2000). Every triangle's box is
-widened by `bounds.padding`, so that a triangle in a split plane is on both sides.
+2006. References, a node's entries for triangles, are clipped to their node. Splits that cut off
+empty space get a bonus. The default depth is at most 8 + 1.3 log2 n (V. Havran, thesis, 2000). All
+boxes are widened by `bounds.padding`, so that a triangle in a split plane is on both sides.
 """
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
 
     Parameters
     ----------
-    split : candidate planes: "exact" for the faces of all references' boxes, or "binned" for the
-        ends of bins. Nodes with few references always use all faces
-    bins : number of bins along each axis of a node
-    traversal_cost, intersection_cost : cost of a node and of a triangle, in any common unit
-    empty_bonus : share by which a split costs less if it cuts off at least a fifth of the node as
-        empty space
-    max_depth : largest depth of a leaf; None for 8 + 1.3 log2 n
-    clip : if True, a reference's box bounds the triangle's part in the node; if False, it is the
-        triangle's box, cut to the node
-    workers : number of processes that grow subtrees (see `shevtsov`), without effect on the tree
+    split : Candidate planes: "exact" for the faces of all references' boxes, or "binned" for the
+        ends of bins. Nodes with few references always use all faces.
+    bins : Number of bins along each axis of a node.
+    traversal_cost, intersection_cost : Cost of a node and of a triangle, in any common unit.
+    empty_bonus : Share by which a split costs less if at least a fifth of the node is cut off as
+        empty space.
+    max_depth : Largest depth of a leaf; None for 8 + 1.3 log2 n.
+    clip : If True, a reference's box bounds the triangle's part in the node. If False, the box is
+        the triangle's box, cut to the node.
+    workers : Number of processes that grow subtrees (see `shevtsov`), without effect on the tree.
     """
     refuse_unknown(build, unknown)
     rules = Rules(sah_costs(traversal_cost, intersection_cost, empty_bonus),

@@ -15,7 +15,7 @@ from .tree import LEAF, MOST_REFERENCES, LooseKdTree
 
 
 def sah_costs(traversal_cost: float, intersection_cost: float, empty_bonus: float) -> Costs:
-    """The constants of the surface area heuristic, with ranges checked."""
+    """Check the constants of the surface area heuristic, and return them."""
     return Costs(in_range("traversal_cost", traversal_cost, 0, 1e6),
                  in_range("intersection_cost", intersection_cost, 1e-6, 1e6),
                  in_range("empty_bonus", empty_bonus, 0, 0.999))
@@ -46,8 +46,8 @@ def grow(level: KdLevel, depth: int, vertices: np.ndarray | None, rules: Rules,
     Parameters
     ----------
     depth : depth of the level
-    vertices : (3, 3, n) float32, indexed by vertex, axis and triangle, to clip triangles to the
-        nodes of their references. If None, the references' boxes are cut instead
+    vertices : (3, 3, n) float32, indexed by vertex, axis and triangle, to clip each triangle to
+        the nodes that refer to it. None cuts the references' boxes instead
     enough : stop before the first level with at least this many nodes; None never stops early
 
     Returns
@@ -72,7 +72,7 @@ def grow(level: KdLevel, depth: int, vertices: np.ndarray | None, rules: Rules,
 
 
 def root_level(triangles: np.ndarray, pad: np.float32) -> KdLevel:
-    """A level of one node that holds the whole scene."""
+    """Return a level of one node that holds the whole scene."""
     lo, hi = scene_box(triangles)
     box_lo, box_hi = triangle_boxes(triangles)
     return KdLevel(lo[:, None], hi[:, None], np.array([len(triangles)]),
@@ -82,7 +82,7 @@ def root_level(triangles: np.ndarray, pad: np.float32) -> KdLevel:
 
 def children(level: KdLevel, nodes: np.ndarray, axis: np.ndarray, plane: np.ndarray,
              vertices: np.ndarray | None, pad: np.float32, run: Run = map) -> KdLevel:
-    """The children of the given nodes: all left children, then all right children.
+    """Return the children of the given nodes: all left children, then all right children.
 
     This order keeps the references of each side in the order of their nodes.
     """
@@ -107,9 +107,9 @@ def children(level: KdLevel, nodes: np.ndarray, axis: np.ndarray, plane: np.ndar
 def _child(level: KdLevel, index: np.ndarray, owner: np.ndarray, across: np.ndarray,
            side: np.ndarray, lo: np.ndarray, hi: np.ndarray, vertices: np.ndarray | None,
            pad: np.float32) -> tuple[np.ndarray, ...]:
-    """The children on one side of every split node, as the fields of a level.
+    """Return the children on one side of every split node, as the fields of a level.
 
-    across : the positions in `index` of references on both sides, which need clipping
+    across : positions in `index` of the references on both sides, which need clipping
     """
     triangle, node = level.triangle[index[across]], owner[across]
     box_lo, box_hi = lo[:, node], hi[:, node]

@@ -4,10 +4,10 @@ M. Shevtsov, A. Soupikov, A. Kapustin, "Highly parallel fast kd-tree constructio
 ray tracing of dynamic scenes", Eurographics 2007 (Hachisuka, section 5). In the paper, all workers
 build the top levels together. Then each worker builds subtrees, with exact SAH near the leaves.
 
-Here, threads share the work on the top levels: each works on an axis, or on the children of one
-side. Then processes grow the subtrees from arrays in shared memory. Every number of workers builds
-the same tree, with one exception: the limit `MOST_REFERENCES` applies to each group of subtrees
-and may stop its growth. Processes are spawned, because a fork would inherit the OpenGL context.
+Here, threads build the top levels: each thread works on an axis, or on the children of one side.
+Then processes grow the subtrees from arrays in shared memory. Every number of workers builds the
+same tree, with one exception: the limit `MOST_REFERENCES` applies to each group of subtrees and
+may stop its growth. Processes are spawned, because a fork would inherit the OpenGL context.
 """
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def _deal_out(count: np.ndarray, groups: int) -> list[np.ndarray]:
 
 
 def _grow_group(shared: SharedArrays, nodes: np.ndarray, depth: int, rules: Rules) -> LooseKdTree:
-    """Grow the subtrees of the given nodes, in a worker. The result begins with their roots."""
+    """Grow the given nodes' subtrees, in a worker. The result begins with the subtrees' roots."""
     with shared.open() as arrays:
         return _grow_some(arrays, nodes, depth, rules)
 

@@ -12,7 +12,7 @@ from ...accel.runs import expand, run_starts
 from ...accel.sound import alike, are_pairs, named, within
 
 LEAF = 3                # the axis of a leaf
-MOST_REFERENCES = 64    # a tree stops growing above 4096 references plus this many per triangle
+MOST_REFERENCES = 64    # growth stops above 4096 references plus this number per triangle
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,11 @@ class KdTree:
     depth: int
 
     def parents(self) -> np.ndarray:
-        """Each node's parent, (n,) int32; -1 for the root."""
+        """Return each node's parent, (n,) int32; -1 for the root."""
         return tree_order.pair_parents(self.left, self.axis != LEAF)
 
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """The lower and upper corners of all nodes' boxes, (n, 3) float32 each, world units."""
+        """Return the lower and upper corners of all nodes' boxes, (n, 3) float32, world units."""
         lo = np.tile(self.lo, (len(self.axis), 1))
         hi = np.tile(self.hi, (len(self.axis), 1))
         inner = self.axis != LEAF
@@ -90,7 +90,7 @@ class LooseKdTree:
     references: np.ndarray
 
     def finish(self, lo: np.ndarray, hi: np.ndarray) -> KdTree:
-        """The finished tree, with siblings side by side and subtrees in depth-first order.
+        """Return the finished tree: siblings side by side, subtrees in depth-first order.
 
         lo, hi : (3,) float32, the scene's box, world units
         """
@@ -106,10 +106,10 @@ class LooseKdTree:
                       len(inner))
 
     def coarsened(self, most: int) -> LooseKdTree:
-        """A tree of at most `most` nodes and at most `most` references.
+        """Return a tree of at most `most` nodes and at most `most` references.
 
         If the tree is larger, every subtree with at most k references becomes a leaf, which lists
-        each triangle only once. One number k for the whole tree keeps both limits.
+        each triangle only once. The number k is the same for the whole tree.
         """
         tree, nodes = self, min(most, len(self.axis))
         while nodes and (len(tree.axis) > most or len(tree.references) > most):
@@ -169,7 +169,7 @@ def join(top: LooseKdTree, groups: list[np.ndarray], subtrees: list[LooseKdTree]
 
 
 def depth_cap(triangles: np.ndarray, max_depth: int | None) -> int:
-    """The depth limit: `max_depth`, or 8 + 1.3 log2 n (V. Havran, thesis, 2000) if it is None."""
+    """Return `max_depth`; if None, 8 + 1.3 log2 n (V. Havran, thesis, 2000) for n triangles."""
     if max_depth is None:
         max_depth = int(8 + 1.3 * math.log2(max(len(triangles), 1)))
     return in_range("max_depth", max_depth, 0, 128, int)

@@ -5,14 +5,14 @@ Asia 2008 (Hachisuka's survey, section 5). The fragment programs of `gpu_build/z
 same tree: every value that decides a split is computed in float32, in the programs' order.
 
 A reference is a triangle's entry in a node, with the box of the triangle's part in the node. A
-large node has more than `small` references. A split cuts off empty space on one side of the node
+large node has more than `small` references. Its split cuts off empty space on one side of the node
 if the space exceeds the share `empty_cut` of the node's extent. Otherwise the split halves the
 longest axis, and clips the triangles that lie on both sides.
 
 A small root is a small node whose parent is large, or the root of a small tree. For small nodes,
 the six faces of each reference's box are the candidate planes. Masks of 64 bits, computed once for
-each small root, mark its references left and right of each plane. A mask of the root's references
-also represents each node below the root.
+each small root, mark the root's references left and right of each plane. Each node below the root
+is represented by a mask of the root's references, too.
 
 Departures from the paper: a split cuts off empty space on one side of a node, not on up to six
 sides. A triangle is clipped only by the split plane, not by the six faces of the node. If the
@@ -44,7 +44,7 @@ MORE_LEVELS = 8
 # but not shorten traversal.
 SMALL_LEVELS = 8
 SLACK = 2           # clipped parts are widened by this many paddings, for float32 errors
-CHUNK = 1 << 18     # triangles clipped together
+CHUNK = 1 << 18     # number of triangles that are clipped together
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def rules_of(triangles: np.ndarray, *, traversal_cost: float = Costs.traversal,
              intersection_cost: float = Costs.intersection, empty_bonus: float = Costs.empty_bonus,
              max_depth: int | None = None, small: int = MASK_BITS,
              empty_cut: float = EMPTY_CUT, **unknown: object) -> ZhouRules:
-    """The rules that the options of `build` give, after checking."""
+    """Check the options of `build` and return the rules that they set."""
     refuse_unknown(rules_of, unknown)
     large = below = deepest = depth_cap(triangles, max_depth)
     if max_depth is None:
@@ -190,7 +190,7 @@ def decide(level: KdLevel, futile: np.ndarray,
 
     Returns
     -------
-    inner : (k,) bool, whether to split
+    inner : (k,) bool, whether to split each of the k nodes
     axis : (k,) int8
     plane : (k,) float32
     futile : (k,) int64, the number of successive levels whose planes separated no references
@@ -254,8 +254,8 @@ def clip_half(triangles: np.ndarray, index: np.ndarray, axis: np.ndarray, plane:
     index, axis, plane : (m,), the triangle, and the axis and coordinate of the plane that cuts it
     side : 0 keeps the part below the plane, 1 the part above the plane
     slack : distance by which the plane is shifted away from the kept side, and by which the box of
-        the kept part is widened, world units. It is more than twice the error of the new vertices,
-        which is at most 12 roundings of the scene's largest coordinate
+        the kept part is widened, world units. It is more than twice the error of the new vertices;
+        this error is at most 12 roundings of the scene's largest coordinate
     box : (6, m) float32, the lower and the upper corner of each old box
 
     Returns

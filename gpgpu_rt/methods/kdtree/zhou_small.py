@@ -1,4 +1,4 @@
-"""Splits small nodes of Zhou's build by the surface area heuristic on masks of 64 references."""
+"""Splits small nodes of Zhou's build by the SAH, with masks whose bits stand for references."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
@@ -27,19 +27,19 @@ class SmallRoots:
         Parameters
         ----------
         node : the numbers of the nodes in `zhou.Nodes`
-        levels : the largest number of levels below each node
+        levels : the largest number of levels that are allowed below each node
         """
         self._parts.append((level.lo, level.hi, level.count, level.triangle, level.box, node,
                             np.full(len(node), levels)))
 
     def joined(self) -> tuple[KdLevel, np.ndarray, np.ndarray]:
-        """All small nodes as a level, their node numbers, and the levels allowed below each."""
+        """Return all small nodes as a level, their node numbers, and the levels allowed below."""
         *level, node, levels = (np.concatenate(part, axis=-1) for part in zip(*self._parts))
         return KdLevel(*level), node, levels
 
 
 def side_masks(level: KdLevel) -> np.ndarray:
-    """Masks of the references left and right of each candidate plane (a face of a box).
+    """Return masks of the references left and right of each candidate plane (a face of a box).
 
     The masks are (2, 6, m) uint64, indexed by side (0 is left), face and reference. Bit j stands
     for reference j of the node.
@@ -64,8 +64,8 @@ def side_masks(level: KdLevel) -> np.ndarray:
 
 
 def grow_small(roots: SmallRoots, costs: Costs, nodes: Nodes) -> None:
-    """Split small nodes and all nodes below while this lowers the cost and the depth limit allows.
-    """
+    """Split small nodes and the nodes below them, as long as a split lowers the cost and the depth
+    limit allows it."""
     level, node, levels = roots.joined()
     masks, base = side_masks(level), run_starts(level.count)
     mask = ~np.uint64(0) >> (np.uint64(64) - level.count.astype(np.uint64))
@@ -91,7 +91,7 @@ def grow_small(roots: SmallRoots, costs: Costs, nodes: Nodes) -> None:
 
 def _best(level: KdLevel, masks: np.ndarray, base: np.ndarray, mask: np.ndarray, lo: np.ndarray,
           hi: np.ndarray, costs: Costs) -> tuple[np.ndarray, np.ndarray]:
-    """The cost of each node's best plane, and the number of this plane, 6 * bit + face.
+    """Return the cost of each node's best plane, and the plane's number, 6 * bit + face.
 
     The cost is inf for a node without a plane. On a tie, the lowest number is chosen.
     """
@@ -119,13 +119,13 @@ def _best(level: KdLevel, masks: np.ndarray, base: np.ndarray, mask: np.ndarray,
 
 
 def bits(masks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """For all set bits of all masks, in order: the mask's index, and the bit's number."""
+    """Return, for all set bits of all masks in order, the mask's index and the bit's number."""
     rows = masks.astype("<u8").view(np.uint8).reshape(-1, 8)
     return np.nonzero(np.unpackbits(rows, axis=1, bitorder="little"))
 
 
 def population(masks: np.ndarray) -> np.ndarray:
-    """The number of set bits of each mask, int64."""
+    """Return the number of set bits of each mask, int64."""
     n = masks - ((masks >> np.uint64(1)) & np.uint64(0x5555555555555555))
     pairs = np.uint64(0x3333333333333333)
     n = (n & pairs) + ((n >> np.uint64(2)) & pairs)

@@ -81,7 +81,7 @@ class CellWalk:
 
         Parameters
         ----------
-        rays : (k,) int
+        rays : (k,) int, the numbers of the rays to move
         t_end : (n,) float32, the end of each ray's search: the t of its hit, or t_max
 
         Returns

@@ -1,4 +1,4 @@
-"""The Ray Engine: the host walks rays through cells, and passes intersect batches of rays.
+"""The Ray Engine: the host walks rays through cells, and GPU passes intersect batches of rays.
 
 Rays that wait for the triangles of the same cell form the cell's queue.
 """
@@ -30,7 +30,7 @@ class RayEngine(MethodDriver):
     """The driver of a method whose rays the host walks through cells.
 
     See ``Driver`` and ``glsl/methods/ray_engine/ray_engine.glsl``. Each round selects the queues
-    that are long enough, or all queues if no queue is. Batches intersect the rays of these queues.
+    that are long enough, or all queues if no queue is. Passes intersect the rays in batches.
     Then the host walks the rays to their next cells.
 
     For each batch, the host uploads the rays (with the t of their hits so far) and the quads, and

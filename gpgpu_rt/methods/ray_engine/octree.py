@@ -31,8 +31,8 @@ class Octree:
     lo, hi : (3,) float32, the padded scene box, world units; the cube begins at lo
     resolution : (3,) int32, the number of finest cells along each axis, 2^levels
     cell_size : (3,) float32, the size of the finest cells, world units
-    child : (nodes,) int32, the first of a node's eight children, among which x changes fastest, or
-        -1 - cell for a leaf
+    child : (nodes,) int32, the first of a node's eight children (x varies fastest), or -1 - cell
+        for a leaf
     corner : (cells, 3) int32, the lower corner of each cell
     span : (cells,) int32, the width of each cell in finest cells
     cell_start : (cells + 1,) int32, each cell's first reference; the last entry is m
@@ -81,7 +81,7 @@ def build_octree(triangles: np.ndarray, *, leaf_size: int = 8, density: float = 
     leaf_size : cells that hold more triangles are split
     density : limits the depth. A full tree of the largest depth would have 8 to 64 times `density`
         cells per triangle, or fewer if MOST_LEVELS or FINEST_CELL limits the depth. The build also
-        ends at a level if a split could put a triangle into more than 64 cells on average
+        ends at a level whose splits could put a triangle into more than 64 cells on average
 
     Raises
     ------
@@ -131,8 +131,8 @@ def build_octree(triangles: np.ndarray, *, leaf_size: int = 8, density: float = 
 
 
 def _levels(triangles: int, finest: float, density: float) -> int:
-    """The number of levels below the root. An axis has at most `finest` cells in the last level.
-    """
+    """Return the number of levels below the root. In the last level, an axis has at most `finest`
+    cells."""
     wanted = np.ceil(np.log2(max(8 * density * triangles, 1)) / 3)
     return int(np.clip(min(wanted, np.floor(np.log2(max(finest, 1)))), 0, MOST_LEVELS))
 

@@ -1,4 +1,4 @@
-"""Quads: draws triangles as quads over the rays of a batch; a pass then writes the hits."""
+"""Quads: draws triangles as quads over the texels of a batch's rays; a pass writes the hits."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -20,15 +20,15 @@ from ...traversal.records import FOUND, NEAREST
 from ...traversal.schedules import method_defines, method_texts
 from ...traversal.triangle_table import TRIANGLE
 
-WIDTH = 256        # rays in a row of a batch
+WIDTH = 256        # rays in a texture row of a batch
 NO_T = 3.4e38      # larger than every t
 
 
 @dataclass(frozen=True)
 class Runs:
-    """Runs of a batch's rays that wait in the same cell.
+    """Runs: sequences of a batch's rays that wait in the same cell.
 
-    first, count : (k,) int64, the first ray and the number of rays of each run
+    first, count : (k,) int64, the first ray and the number of rays of each of k runs
     cell : (k,) int64, the cell of each run
     """
 
@@ -43,11 +43,11 @@ class Runs:
         return cls(first, np.diff(first, append=len(keys)), keys[first])
 
     def rectangles(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return at most three rectangles per run, which cover the run in rows of WIDTH texels.
+        """Cover each run by at most three rectangles, in a texture with rows of WIDTH texels.
 
         Returns
         -------
-        corners, (m, 4) float32, and the run of each rectangle, (m,)
+        (m, 4) float32, left, top, right and bottom of each rectangle; (m,), each rectangle's run
         """
         top, left = np.divmod(self.first, WIDTH)
         bottom, right = np.divmod(self.first + self.count - 1, WIDTH)
@@ -62,7 +62,7 @@ class Runs:
 
 
 class BatchTargets:
-    """The textures of a batch, and the passes over it, for a method's tables and options.
+    """The textures of a batch, and the passes over the batch.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ class BatchTargets:
 
     def draw_quads(self, keep: str, any_hit: bool, samplers: Samplers, accelerator: Accelerator,
                    quads: moderngl.Buffer, count: int, depth_end: float) -> None:
-        """Draw a buffer of ``count`` quads: a rectangle of four floats and a triangle's row."""
+        """Draw ``count`` quads. A quad is a rectangle of four floats and a triangle's row."""
         context = self.gpu.context
         target = self.targets[keep]
         target.framebuffer.depth_mask = True     # clearing and drawing write depth

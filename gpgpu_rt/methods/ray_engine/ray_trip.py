@@ -61,8 +61,8 @@ class RayTrip:
     def ready(self, waiting: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Sort waiting rays by cell, and choose the rays that are intersected now.
 
-        The rays of queues that are long enough are chosen, or all rays if no queue is. The queue
-        of a cell holds the rays that wait for the cell's triangles.
+        The queue of a cell holds the rays that wait for the cell's triangles. The rays of long
+        queues (option ``queue``) are chosen; if no queue is long, all rays are chosen.
 
         Returns
         -------
@@ -85,7 +85,7 @@ class RayTrip:
                 "t_max": self.hit["t"][chosen]}
 
     def take(self, rays: np.ndarray, found: dict[str, np.ndarray]) -> None:
-        """Store ``found`` hits that are nearer, or equally near on a triangle of lower index."""
+        """Store each hit of ``found`` that is nearer, or as near on a triangle of lower index."""
         t, known = found["t"], self.hit["t"][rays]
         better = (found["triangle"] != NO_TRIANGLE) & (
             (t < known) | ((t == known) & (found["triangle"] < self.hit["triangle"][rays])))

@@ -33,7 +33,7 @@ class RayCones:
 
     Attributes
     ----------
-    levels : CONE of every node; the nodes of the first level are the rays
+    levels : the CONE records of each level's nodes; the nodes of the first level are the rays
     fans : the fan from each level to the next; see `level_sizes`
     """
 

@@ -28,7 +28,7 @@ GROWTH = 4      # ratio of the sizes of successive batches of triangles
 class RayHierarchy(MethodDriver):
     """Runs `ray-hierarchy`; see ``Driver``.
 
-    Before each batch of triangles, the hierarchy over the rays is rebuilt, and rays end at their
+    Before each batch of triangles, the hierarchy is rebuilt over the rays, which end at their
     nearest hits so far. The first batches are small, because their hits shorten the rays for the
     later batches. A batch begins with all pairs of one of its triangles and a node of the top
     level. A pass tests the triangles of up to ``stream_size`` pairs against the four children of
@@ -110,7 +110,7 @@ class RayHierarchy(MethodDriver):
         return kept
 
     def _count(self, level: int, first: int, count: int) -> None:
-        """Add a visit to each pair's node. `hand_down_visits` later adds it to the nodes below."""
+        """Add a visit to each pair's node. `hand_down_visits` later adds visits to children."""
         visits = self._visits[level - 1]
         self.blend(moderngl.FUNC_ADD)
         self.room.scatter("pair_visits", visits, [self._pairs[level]], count, base=first,
@@ -239,7 +239,7 @@ class RayHierarchy(MethodDriver):
 
 
 class _Trace:
-    """Runs a call over all batches. ``now`` is the buffer that holds the rays' current states."""
+    """Traces all batches for a call. ``now`` is the buffer that holds the rays' current states."""
 
     def __init__(self, owner: RayHierarchy, rays: RayTextures, buffers: StateBuffers,
                  statistics: Statistics, any_hit: bool) -> None:
@@ -268,7 +268,7 @@ class _Trace:
         self._update_rays("finish")
 
     def _descend(self, level: int, pairs: int) -> None:
-        """Test the pairs of a level, and the pairs that remain on all levels down to the rays.
+        """Test the pairs of a level, and then the remaining pairs on all levels down to the rays.
 
         A part of the pairs descends to the rays before the next part is tested.
         """

@@ -126,7 +126,7 @@ class Candidates:
         return self.order[keys % n], np.bincount(keys // n, minlength=m)
 
     def _descend(self, beams: Beams) -> tuple[np.ndarray, np.ndarray]:
-        """Return each pair of a beam and a triangle of a leaf whose box may overlap the beam."""
+        """Return (beam, triangle) pairs. The beam may overlap the box of the triangle's leaf."""
         tree, found = self.tree, []
         beam = np.arange(len(beams.behind))
         node = np.zeros(len(beam), np.int64)

@@ -1,6 +1,6 @@
 """Ray classification: a pass finds the five-dimensional box of each ray (ray_boxes.py).
 
-The host makes a list of triangles for boxes without a list. Programs trace rays through the lists.
+The host makes missing lists of triangles for these boxes. Programs trace rays through the lists.
 """
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class RayClasses(Traversal):
             any_hit: bool = False) -> tuple[Target, int]:
         boxes: RayBoxes = self.accelerator.structure
         cells = self._box_of_each(rays, statistics)
-        # If another driver made the lists, ask() may be False, but the textures are missing.
+        # If another driver made the lists, ask() may be False, although textures are missing.
         if boxes.ask(cells) or not self._own[RAY_BOX]:
             self._upload(boxes)
         for record, samplers in self._own.items():

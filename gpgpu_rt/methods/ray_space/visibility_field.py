@@ -3,15 +3,15 @@
 J. Mortensen, P. Khanna, I. Yu, M. Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
 Table 1). Three faces of the direction cube (frames.py), half of all directions, are divided into
 cells. For each cell, the plane through the scene's centre perpendicular to the face's axis has a
-grid of tiles. A beam is all lines that have a direction in a cell and cross the plane in a tile.
+grid of tiles. A beam contains the lines with a direction in a cell that cross the plane in a tile.
 
 In the paper, a beam lists the triangles that its central direction hits. Here, a beam lists all
 triangles that any line of the beam may hit.
 
 A triangle's near end is its lowest coordinate along the axis, and its far end is its highest. The
 triangles of a beam are sorted by their near ends. Each entry also stores the largest far end up to
-this entry. So a binary search finds the first triangle that a ray from any point of the beam may
-hit, in either direction of the axis. The paper uses a tree for this search.
+this entry. Both values ascend, so a binary search finds the first triangle that a ray from any
+point of the beam may hit, in either direction of the axis. The paper uses a tree for this search.
 """
 from __future__ import annotations
 
@@ -85,8 +85,8 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
     ----------
     triangles : (n, 3, 3) float32, world units
     directions, tiles : the largest number of cells along a side of a face, and of tiles along a
-        side of a plane; None for 8 and 24. If both are None, a field is coarsened if its estimated
-        entries exceed 1024 n + 4096
+        side of a plane; None means 8 and 24. If both are None, a field with more than an estimated
+        1024 n + 4096 entries is coarsened
     budget : memory limit of entries and beams, MiB, above which the field is coarsened
     arithmetic : the number format to which kernels round
 
@@ -244,8 +244,8 @@ def _sorted(frame: _Frame, keys: np.ndarray, n: int) -> list[np.ndarray]:
     """Return the triangle, near, far and reach of the entries with these sorted keys."""
     n = max(n, 1)
     triangle = frame.by_near[keys % n] if len(keys) else keys
-    # Compute the running maximum of the far rank. It restarts at each tile, because the tile's
-    # number is in the high digits of the values.
+    # Compute the running maximum of the far rank. The maximum restarts at each tile, because the
+    # tile's number is in the high digits of the values.
     above = np.maximum.accumulate((keys // n) * n + frame.far_rank[triangle]) % n
     far = frame.far[triangle]
     reach = frame.far[frame.by_far[above]] if len(keys) else far

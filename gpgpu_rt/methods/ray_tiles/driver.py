@@ -1,4 +1,4 @@
-"""Driver of `ray-tiles`: draws a triangle over each tile whose cone it may meet (Szécsi 2006).
+"""Driver of `ray-tiles`: draws each triangle over the tiles whose cones it may meet (Szécsi 2006).
 
 The passes, in this order:
 
@@ -10,7 +10,7 @@ The passes, in this order:
    stage drops a pair if the tile's cone cannot meet the triangle. MIN blending keeps each ray's
    nearest t. Before the next batch, ``tile_ends`` updates the distances (step 3).
 5. ``tile_pairs`` draws all pairs once more, and keeps the lowest index of the triangles at each
-   ray's nearest t. With ``any_hit``, step 4 keeps a triangle's index instead of t, without step 5.
+   ray's nearest t. With ``any_hit``, step 4 keeps an index instead of t, and step 5 is omitted.
 6. ``tile_hits`` writes the hit of each ray.
 """
 from __future__ import annotations
@@ -75,7 +75,7 @@ class RayTiles(MethodDriver):
 
     def _pass(self, name: str, rays: RayTextures, target: Target,
               statistics: Statistics, any_hit: bool, **uniforms: object) -> None:
-        """Draw a pass with a fragment per tile, or, for ``tile_hits``, per ray."""
+        """Draw a pass with a fragment per tile; ``tile_hits`` has a fragment per ray."""
         self.gpu.context.enable_only(moderngl.NOTHING)
         program = self._program(name, rays.record, any_hit)
         program.set(ray_texture_size=rays.size, **rays.uniforms(), **uniforms)

@@ -10,7 +10,7 @@ from ..bvh.tree import Bvh
 from ..kdtree.tree import KdTree
 
 LEAF = 3    # the axis of a leaf
-ROOT = 6    # the side of the root, which has no parent
+ROOT = 6    # the field ``side`` (UNIT_BOUNDS) of the root, which has no parent
 OPEN = np.float32(3e38)     # the coordinate of a face that no ray reaches
 
 

@@ -155,7 +155,7 @@ class Caustics:
             return read_texture(self._textures["landed"])
 
     def traced(self) -> np.ndarray:
-        """Return the photons' landings in the form of `landings`, traced as rays by the tracer."""
+        """Trace the photons as rays with the tracer; return landings in the form of `landings`."""
         origins, directions = self.camera.rays((self.photons,) * 2)
         right, up, forward = self.camera.basis((1, 1))
         area = 4 * np.linalg.norm(right) * np.linalg.norm(up) / self.photons ** 2
@@ -253,7 +253,7 @@ def is_closed(triangles: np.ndarray) -> bool:
 
 def _views(light: np.ndarray, corners: np.ndarray, spread: float) -> tuple[Camera, Camera]:
     """Return two cameras at the light. The first camera's image just contains the triangles
-    ``corners``, (k, 3, 3). The second is wider by ``spread``. WIDEST limits both angles."""
+    ``corners``, (k, 3, 3). The second is ``spread`` times as wide. WIDEST limits both angles."""
     points = corners.reshape(-1, 3).astype(np.float64)
     centre = (points.min(0) + points.max(0)) / 2
     away = centre - light

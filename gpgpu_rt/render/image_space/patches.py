@@ -10,24 +10,24 @@ from ...scene.luminance import luminance
 if TYPE_CHECKING:
     from ...tracer import Tracer
 
-LIFT = 1e-4       # offset of shadow rays from the surface, as a share of the scene's extent
-# Steps whose multiples, modulo 1, fill a cube and a square evenly (Roberts 2018): negative powers
-# of the roots of x^4 = x + 1 and x^3 = x + 1.
+LIFT = 1e-4       # Offset of shadow rays from the surface, as a share of the scene's extent.
+# Multiples of these steps, modulo 1, fill a cube and a square evenly (Roberts 2018). The steps are
+# negative powers of the roots of x^4 = x + 1 and x^3 = x + 1.
 SPREAD_3 = 1.2207440846057596 ** -np.arange(1.0, 4.0)
 SPREAD_2 = 1.3247179572447460 ** -np.arange(1.0, 3.0)
 
 
 def cuts_of(triangles: np.ndarray, longest: float) -> np.ndarray:
-    """Return (n,) int, for each of (n, 3, 3) triangles the number of equal parts into which to cut
-    its edges so that no part is longer than ``longest``."""
+    """Return the number of equal parts, (n,) int, into which to cut the edges of each triangle,
+    (n, 3, 3), so that no part is longer than ``longest``."""
     corners = np.asarray(triangles, np.float64)
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0)
     return np.maximum(np.ceil(edges / longest), 1).astype(int)
 
 
 def divided(triangles: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Divide each triangle into k^2 similar parts, with the least k for which no part's edge is
-    longer than ``longest``.
+    """Divide each triangle into k^2 similar parts. k is the least number with which no edge of a
+    part is longer than ``longest``.
 
     Parameters
     ----------

@@ -31,8 +31,8 @@ def traced_photons(tracer: Tracer, normals: np.ndarray, origins: np.ndarray,
 
     Returns
     -------
-    (n, 4) float64: the point where each photon lands, and its flux there; zeros for a lost photon
-    and for a photon that met no dielectric or mirror
+    (n, 4) float64: each photon's landing point, and the flux there; zeros for a lost photon and
+    for a photon that met no dielectric or mirror
     """
     scene = tracer.scene
     ior = np.array([m.ior or 0.0 for m in scene.materials])[scene.material_of]

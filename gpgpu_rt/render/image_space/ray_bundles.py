@@ -39,12 +39,12 @@ MOST_LAYERS = 4096   # a projection with more layers is an error
 # The smallest patch, as a share of the scene's extent. A triangle as large as the scene then has
 # 10^12 patches.
 LEAST_PATCH = 1e-6
-LIFTED = 0.2         # distance from the surface at which light is gathered, in pixels
+LIFTED = 0.2         # distance, in pixels, from the surface to the point that gathers light
 NEARER = replace(LAYER, name="nearer")
 
 
 class RayBundles:
-    """The diffuse light of a scene.
+    """Computes the diffuse light of a scene.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class RayBundles:
     patch : the longest edge of a patch, as a share of the scene's extent, from 1e-6 to 1
     resolution : pixels along a side of a projection
     straight : the method for direct light of lamps: "traced" uses ``samples`` shadow rays from
-        each point; "bundles" exchanges this light like all other, which suits only large lamps
+        each point; "bundles" exchanges this light like all other light, and suits only large lamps
     samples : the number of points on lamps
 
     Attributes
@@ -62,8 +62,8 @@ class RayBundles:
         the side of the normal; without emission if ``straight`` is "traced"
     weights : (m, 2), for each side, the sum of the cosine weights of the rays of `solve` that met
         the side; approaches pi with many directions and pixels, and is 0 if no ray met the side
-    layers : the largest number of layers of a projection so far; layer k shows at each pixel the
-        k-th surface from the front
+    layers : the largest number of layers of a projection so far; layer k shows the k-th surface
+        from the front at each pixel
     """
 
     def __init__(self, tracer: Tracer, patch: float = 0.1, resolution: int = 128,
@@ -242,8 +242,8 @@ class RayBundles:
 
     def _peeled(self, uniforms: dict[str, object]
                 ) -> Iterator[tuple[moderngl.Texture, moderngl.Texture]]:
-        """Yield the textures of each pair of neighbouring layers, nearest first, for additive
-        blending.
+        """Yield each pair of neighbouring layers as two textures, nearest pair first. The caller's
+        draws are blended by addition.
 
         The front layer of the first pair and the back layer of the last pair are empty. An
         occlusion query finds the last layer."""

@@ -1,4 +1,4 @@
-"""Image-space refraction: light through two interfaces of a mesh, by two passes of the rasteriser.
+"""Image-space refraction: refracts light at two interfaces of a mesh, by two rasteriser passes.
 
 The method is Wyman's (2005); see ``glsl/image_space/refraction_front.frag``. The mesh must be
 closed and consistently oriented. The background counts as infinitely far away, so only the

@@ -27,8 +27,8 @@ class Visible:
     Attributes
     ----------
     places : (h, w, 3) float32 hit points; zeros for a miss
-    normals : (h, w, 3) float32 normals of the triangles' planes on the camera's side; zeros for a
-        miss
+    normals : (h, w, 3) float32 normals of the hit triangles' planes, towards the camera; zeros for
+        a miss
     directions : (h, w, 3) float32 directions of the eye rays
     hits : (h * w,) the hits
     """
@@ -61,8 +61,8 @@ class Visible:
 @contextmanager
 def placed(gpu: Gpu, places: np.ndarray, normals: np.ndarray, components: int
            ) -> Iterator[tuple[moderngl.Framebuffer, dict[str, moderngl.Texture]]]:
-    """Yield a framebuffer with a texel for each place, and textures of the places and normals, all
-    freed at the end of the ``with`` block.
+    """Yield a framebuffer with a texel for each place, and textures of the places and normals. The
+    end of the ``with`` block frees all three.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A reader of AFF, the file format of BART, which extends Haines's NFF 3.9.
+"""Reads AFF, the file format of BART. AFF extends Haines's file format NFF 3.9.
 
 BART is a benchmark for animated ray tracing (Lext, Assarsson and Möller 2001).
 """

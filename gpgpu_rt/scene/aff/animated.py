@@ -67,9 +67,9 @@ class Moving:
 def read_moving(path: Path) -> Moving:
     """Return the animation of the AFF file at ``path``.
 
-    Two corners share a vertex if they have the same transform, the same position before it, and
-    the same normal. The normals of moved vertices are computed anew from the shared vertices. So
-    they are smooth exactly where the file's normals are smooth.
+    Two corners share a vertex if they have the same transform, the same position before the
+    transform, and the same normal. The normals of moved vertices are computed anew from the shared
+    vertices. So they are smooth exactly where the file's normals are smooth.
 
     Raises
     ------

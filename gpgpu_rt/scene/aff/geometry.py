@@ -28,8 +28,8 @@ class Keys:
     vertices: np.ndarray
 
     def at(self, time: float) -> np.ndarray:
-        """Return the positions at a time, (v, 3). They are constant before the first and after the
-        last time."""
+        """Return the positions at a time, (v, 3). Positions are constant before the first time and
+        after the last time."""
         last = len(self.times) - 1
         k = int(np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, max(last - 1, 0)))
         here, there = self.times[k], self.times[min(k + 1, last)]

@@ -21,7 +21,7 @@ class _Segments:
 
     Parameters
     ----------
-    times : (n,) times of the keys; a time may go back, as in a file of BART
+    times : (n,) times of the keys; a time may descend, as in a file of the BART scenes
     shape : (n, 3) tension, continuity and bias of the keys
     """
 
@@ -43,8 +43,8 @@ class _Segments:
                 self._arrive[0][:, None] * own + self._arrive[1][:, None] * after)
 
     def at(self, time: float) -> tuple[int, float]:
-        """Return the segment of a time, and the position in the segment, from 0 to 1; outside of
-        all segments, the nearest end."""
+        """Return the segment of a time, and the time's position in the segment, from 0 to 1. For a
+        time outside of all segments, return the nearest end."""
         if not self.first[0] < time:
             return 0, 0.0
         if not time < self.last[-1]:
@@ -54,8 +54,8 @@ class _Segments:
 
 
 def _over(length: np.ndarray, span: np.ndarray) -> np.ndarray:
-    """Return length / span, or 0 where span is 0. If times ascend, no tangent with span 0 is
-    used."""
+    """Return length / span, or 0 where span is 0. There, if times ascend, the segment has length 0
+    and is not used."""
     return np.divide(length, span, out=np.zeros_like(length), where=span != 0)
 
 
@@ -127,7 +127,7 @@ def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _log(q: np.ndarray) -> np.ndarray:
-    """Return the logarithms of (n, 4) unit quaternions, (n, 3), without the real parts, 0."""
+    """Return the logarithms of (n, 4) unit quaternions, (n, 3), without their zero real parts."""
     sine = np.linalg.norm(q[:, 1:], axis=1, keepdims=True)
     angle = np.arctan2(sine, q[:, :1])
     return q[:, 1:] * np.divide(angle, sine, out=np.ones_like(sine), where=sine > 1e-12)

@@ -18,7 +18,7 @@ class Placement:
     ----------
     points : (3, v) float64 vertices in the coordinates of their instances
     first : (i + 1,) int, the index of the first vertex of each instance, and v at the end
-    node : (i,) int, the transform of each instance
+    node : (i,) int, the index of each instance's transform
     """
 
     def __init__(self, document: Document) -> None:
@@ -93,8 +93,8 @@ class Placement:
 
     def _blocks(self, moving: bool) -> list[tuple[int, int, int]]:
         """Return the ranges of vertices that move; or, if ``moving`` is false, the ranges that do
-        not move. A range is (first vertex, end, an instance). Consecutive instances under the same
-        transform form one range, unless their geometry has ``keys``.
+        not move. A range is (first vertex, end, one of its instances). Consecutive instances under
+        the same transform form one range, unless their geometry has ``keys``.
         """
         blocks: list[tuple[int, int, int]] = []
         for k, node in enumerate(self.node.tolist()):

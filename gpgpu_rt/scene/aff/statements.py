@@ -1,4 +1,4 @@
-"""Statements: the statements of a single AFF file, in order, without its included files."""
+"""Statements: reads the statements of one AFF file in order, without included files."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping

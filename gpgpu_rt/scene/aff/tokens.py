@@ -62,8 +62,8 @@ class Tokens:
         return found
 
     def count(self, what: str, width: int) -> int:
-        """Return the next word as the number of ``what`` that follow. Raise SceneError if the file
-        has fewer than ``width`` words for each."""
+        """Return the next word, the number of the items that follow (``what`` is their name).
+        Raise SceneError if fewer than ``width`` words per item follow."""
         number = int(self.wholes(self.take(1, f"the number of {what}"))[0])
         left = len(self._words) - self.at
         if number < 0:

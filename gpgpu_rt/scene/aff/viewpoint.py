@@ -28,7 +28,7 @@ class Viewpoint:
 
     @classmethod
     def of(cls, document: Document) -> Viewpoint | None:
-        """Return the viewpoint of a document; None if it defines no camera."""
+        """Return the viewpoint of a document; None if the document defines no camera."""
         motion = document.motions.get(NAME)
         if document.camera is not None:
             return cls(document.camera, motion)

@@ -19,8 +19,8 @@ TRIES = 5              # a download fails after this many connections in a row w
 FIRST_WAIT = 0.2
 SECONDS = 30           # longest wait for an answer of the server
 BLOCK = 1 << 16        # bytes
-# If the file has changed on the server, read all of it, so that the message can name its digest;
-# but stop at this multiple of the expected size.
+# If the file has changed on the server, read the whole file, so that the message can name the
+# digest. But stop at this multiple of the expected size.
 LARGEST = 4
 _AGAIN = (408, 425, 429, 500, 502, 503, 504)     # HTTP statuses of a server that may recover
 

@@ -55,9 +55,9 @@ def cornell_light() -> Built:
     """Return the Cornell box with its lamp as the light: 38 triangles.
 
     The lamp's radiance is a coarse RGB form of Cornell's spectrum: 18.4, 15.6 and 8. The lamp lies
-    in a hole of the ceiling, as in Cornell's box. If the lamp hung below the ceiling, its back
-    would light the gap above it very brightly. Paths would find this gap so rarely that it would
-    cause most noise.
+    in a hole of the ceiling, as in Cornell's box. If the lamp hung below the ceiling, the lamp's
+    back would light the gap above very brightly. Paths would find this gap so rarely that the gap
+    would cause most noise.
     """
     box, ceiling = cornell.make(), 2
     triangles, colours = np.asarray(box.triangles, np.float64), np.asarray(box.colours)

@@ -81,8 +81,8 @@ def tenk() -> Built:
 
 def stadium(ratio: float = 0.01) -> Built:
     """Return a teapot in the middle of a stadium: 8,000 triangles, a little over 6,000 of them in
-    the teapot. The teapot is ``ratio`` times as large as the stadium; its own size does not
-    change."""
+    the teapot. The teapot is ``ratio`` times as large as the stadium; the teapot's size does
+    not change."""
     pieces = Pieces()
     side = 6.4 / ratio
     tiers = revolve([(0.5 * side * (0.75 + 0.05 * k), side * 0.04 * (k // 2 + (k % 2)))

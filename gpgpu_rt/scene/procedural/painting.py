@@ -13,8 +13,8 @@ def palette(index: np.ndarray) -> np.ndarray:
 
 
 def by_part(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return (n, 3) colours, one colour for each connected part. Vertices at the same position
-    count as one vertex."""
+    """Return (n, 3) colours of faces, one colour for each connected part. Vertices at the same
+    position count as one vertex."""
     vertices = np.ascontiguousarray(vertices, np.float32) + np.float32(0)
     _, same = np.unique(vertices.view([("", np.float32)] * 3).reshape(-1), return_inverse=True)
     faces = same.reshape(-1)[faces]
@@ -23,8 +23,8 @@ def by_part(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
         lowest = label[faces].min(axis=1)
         after = label.copy()
         for corner in faces.T:
-            # A label is the lowest vertex known to be in the same part. Lower that vertex's label
-            # too: labels then cross a long chain of vertices in fewer iterations.
+            # A vertex's label is the lowest vertex index known in its part. Lower the label of the
+            # vertex with that index too: labels then cross long chains in fewer iterations.
             np.minimum.at(after, label[corner], lowest)
             np.minimum.at(after, corner, lowest)
         while not np.array_equal(after, after[after]):

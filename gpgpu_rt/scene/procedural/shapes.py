@@ -147,8 +147,8 @@ def divide(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Split triangles until there are exactly `count`. Return the new triangles, and the index of
     each new triangle's original.
 
-    Split the largest triangles in three at their centroid, so that their edges stay whole. If an
-    odd number is missing, cut one more triangle in two at the middle of its longest edge.
+    Split the largest triangles in three at their centroid, so that no edge is divided. If the
+    number to add is odd, cut one more triangle in two at the middle of its longest edge.
     """
     extra = count - len(triangles)
     if not 0 <= extra <= 2 * len(triangles) - 1:

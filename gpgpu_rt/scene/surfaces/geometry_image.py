@@ -21,7 +21,7 @@ class GeometryImage:
     form a cell of two triangles.
 
     Two charts meet without a gap if their borders hold the same positions. The corners of the cell
-    (i, j) are the texels a = (i, j), b = (i, j + 1), c = (i + 1, j + 1) and d = (i + 1, j); its
+    (i, j) are the texels a = (i, j), b = (i, j + 1), c = (i + 1, j + 1) and d = (i + 1, j). Its
     triangles are a b c and a c d. Faces are ordered by chart, row and column.
 
     Parameters
@@ -71,7 +71,7 @@ class GeometryImage:
         return cell_faces(self.shapes)
 
     def moved(self, positions: np.ndarray) -> GeometryImage:
-        """Return charts of these shapes with other positions, (texels, 3)."""
+        """Return charts of the same shapes with other positions, (texels, 3)."""
         ends = np.cumsum([rows * columns for rows, columns in self.shapes])
         parts = np.split(np.asarray(positions), ends[:-1])
         return GeometryImage([part.reshape(*shape, 3) for part, shape in zip(parts, self.shapes)])

@@ -25,7 +25,7 @@ from .surface_mesh import SurfaceMesh
 CUTS = 8              # largest number of additional cuts
 # Warn if the image is further from the surface than this share of the surface's extent.
 FAR = 0.02
-# Cut to the most shrunk face if its shrinkage exceeds this factor times the median.
+# Make another cut, to the most shrunk face, if its shrinkage exceeds this factor times the median.
 STRETCHED = 12.0
 # The solver's tolerances: for the final embedding, and for choosing cuts.
 TOLERANCE, ROUGH = 1e-5, 1e-3
@@ -122,8 +122,8 @@ def parametrise(scene: Scene | trimesh.Trimesh | str | os.PathLike[str], size: i
 def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> Parametrisation:
     """Return the flattened surface, after cutting from the boundary to the most shrunk faces.
 
-    A closed surface is first cut along a path of edges. The path leads from the vertex furthest
-    from the centre to the vertex furthest from the first vertex along edges.
+    A closed surface is first cut along a path of edges. The path begins at the vertex furthest
+    from the centre, and ends at the vertex to which the way along edges is longest.
     """
     along = np.zeros(len(mesh.start), bool)
     if (mesh.twin >= 0).all():
@@ -227,8 +227,8 @@ def _shares(length: np.ndarray, mate: np.ndarray, total: int) -> np.ndarray:
 
 
 def _square(at: np.ndarray, size: int) -> np.ndarray:
-    """Return (k, 2) row and column of positions ``at`` around the border of an image of ``size``
-    cells a side, counted from the first texel along the first row."""
+    """Return row and column, (k, 2), of positions ``at`` around the border of an image with
+    ``size`` cells per side. Positions count from the first texel along the first row."""
     side, along = np.divmod(at, size)
     ends = np.full_like(at, size)
     rows = np.choose(side.astype(int) % 4, [0 * at, along, ends, ends - along])

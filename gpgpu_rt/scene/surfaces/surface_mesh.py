@@ -80,7 +80,7 @@ class SurfaceMesh:
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
 
     def loops(self) -> list[np.ndarray]:
-        """Return the loops of the boundary, arrays of half-edges, longest first.
+        """Return the boundary's loops as arrays of half-edges, the longest loop first.
 
         Raises
         ------
@@ -128,8 +128,8 @@ class SurfaceMesh:
 
     @cached_property
     def _neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """The neighbours of all vertices, in runs of consecutive entries: the start and the length
-        of each vertex's run, (v,) each; the neighbours; and their distances."""
+        """A list of the neighbours of each vertex, one vertex after another: the start and the
+        number of each vertex's entries, (v,) each; the neighbours; and their distances."""
         lone = self.twin < 0
         here = np.concatenate([self.start, self.end[lone]])
         there = np.concatenate([self.end, self.start[lone]])

@@ -1,9 +1,9 @@
 """Entry points: passes at low resolution find the nodes where each tile's rays enter the tree.
 
-The method follows Reshetov et al. 2005. An entry is a node at which rays begin. From small to
-large tiles, the first passes bound the rays of each tile by a beam. From large to small tiles, the
-next passes find each tile's list of entries: the tile's beam refines the list of the larger tile
-around it. Any driver can then trace rays from the entries of their smallest tile.
+The method follows Reshetov et al. 2005. An entry is a node at which rays begin their walk. From
+small to large tiles, the first passes bound the rays of each tile by a beam. From large to small
+tiles, the next passes find each tile's list of entries: the tile's beam refines the list of the
+larger tile around it. Any driver can then trace rays from the entries of their smallest tile.
 """
 from __future__ import annotations
 
@@ -72,8 +72,8 @@ class EntryPoints(MethodDriver):
         return self.driver.run(rays, buffers, statistics, any_hit)
 
     def _count(self, rays: RayTextures, statistics: Statistics) -> None:
-        """Record the nodes that beams visited per ray, and the mean number of entries of a
-        tile."""
+        """Record the number of nodes that beams visited, divided by the number of rays; and the
+        mean number of entries of a smallest tile."""
         levels = [level.entries.fields() for level in self._levels]
         visited = sum(float(level["visited"].sum()) for level in levels)
         statistics.add(entry_nodes_visited=visited / math.prod(rays.size))

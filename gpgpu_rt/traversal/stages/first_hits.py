@@ -11,13 +11,13 @@ or do not show a triangle that their ray hits. The steps:
 3. In ``first_verified``, each ray tests its candidate by the triangle test that all methods use.
 4. ``first_rivals`` looks for rivals: triangles that a ray hits before the pixel's candidate. For
    each triangle, the program tests the pixels whose rays can hit the triangle. It skips pixels
-   that show the triangle, or a candidate certainly in front of the triangle. A triangle that
-   covers many pixels is searched in parts of the image. ``first_packed`` and ``first_blocks``
+   that show the triangle, or a candidate certainly in front of the triangle. For a triangle that
+   covers many pixels, parts of the image are searched. ``first_packed`` and ``first_blocks``
    prepare the search. ``first_doubt`` marks the pixels with a rival.
 5. A ray is in doubt if it misses its candidate, or if its pixel has a rival. The rays in doubt are
    gathered and traced by the tracer's method, and their hits are scattered back.
 
-Every result of the rasteriser is checked before use, so its rounding does not change hits.
+Every result of the rasteriser is checked before use, so the rounding does not change hits.
 ``glsl/stages/cover.glsl`` bounds the rays that can hit a triangle. "verified" omits step 4, so a
 hit need not be the nearest.
 """
@@ -216,8 +216,8 @@ class FirstHits(DriverBase):
 
     def _rivals(self, image: FirstImage, rays: RayTextures, final: Target, drawn: np.ndarray,
                 view: dict[str, object]) -> list[np.ndarray]:
-        """Return the rivals, the triangles that come before a candidate, as two (k, 3) arrays of
-        PART fields: from a search of the whole image, and from searches of parts."""
+        """Return the rivals as two (k, 3) arrays of PART fields: first from a search of the whole
+        image, then from searches of parts."""
         side = max(rays.size)
         whole = np.pad(drawn[:, None], ((0, 0), (0, 2)))
         verdict = self._judge(image, rays, final, whole, side, MOST_PIXELS, view)
@@ -256,7 +256,7 @@ class FirstHits(DriverBase):
 
     def _mark(self, image: FirstImage, rays: RayTextures, final: Target, rivals: np.ndarray,
               side: int, view: dict[str, object]) -> None:
-        """Flag each ray that hits one of ``rivals``, (k, 3) PART fields, before its candidate."""
+        """Flag each ray that hits a rival before the candidate. Rivals have (k, 3) PART fields."""
         self._row_pass("first_doubt", "part", 6, (rays.record, HIT)).draw(
             image.doubted, {**self._tables, **rays.samplers(), **final.samplers()}, rivals,
             {**view, **rays.uniforms(), "part_side": side})

@@ -26,7 +26,7 @@ class FirstImage:
     ----------
     drawn : the candidates, which the depth test chooses
     shown : each pixel's depth and triangle
-    fours : the data of ``shown``, where each texel holds four pixels of a row
+    fours : the data of ``shown``, with four pixels of a row in each texel
     blocks : the depths and triangles of squares whose side is BLOCK pixels
     verified : the hits, and the flags of rays in doubt
     proved : the hits, the flags of rays in doubt, and each pixel's depth and triangle
@@ -64,7 +64,7 @@ class FirstImage:
 
 def cut(rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
     """Return the (k, 3) fields of the record PART for each triangle of ``rows`` and each part of
-    its rectangle: the triangle's row, and the first pixel (x, y) of the part.
+    the triangle's rectangle: the triangle's row, and the first pixel (x, y) of the part.
 
     A rectangle goes from the part ``first`` to the part ``last``. The part in column x and row y
     has the number x + 1024 y.

@@ -1,4 +1,4 @@
-"""Bounding interval hierarchy: planes enclose the triangles below them, and every build ends."""
+"""Bounding interval hierarchy: planes enclose the triangles below them, and builds terminate."""
 from __future__ import annotations
 
 import numpy as np
@@ -27,8 +27,8 @@ CASES = {
 @pytest.mark.parametrize("max_leaf", [1, 4])
 @pytest.mark.parametrize("name", CASES)
 def test_planes_hold_what_lies_below(name: str, max_leaf: int) -> None:
-    """The box of each node, made from the planes above it, contains all triangles of the
-    subtree."""
+    """Each node's box is made from the planes of its ancestors. The box contains all triangles
+    of the subtree."""
     triangles = CASES[name]()
     bih = build_bih(triangles, max_leaf=max_leaf)
     assert np.array_equal(np.sort(bih.order), np.arange(len(triangles)))

@@ -45,8 +45,8 @@ def points_on(triangles: np.ndarray, count: int, seed: int) -> tuple[np.ndarray,
 
 def listed(runs: np.ndarray, references: np.ndarray, start: np.ndarray, end: np.ndarray,
            triangles: np.ndarray) -> np.ndarray:
-    """Return for each i whether cell or leaf number ``runs[i]`` lists the triangle
-    ``triangles[i]``. The list of cell or leaf r is ``references[start[r]:end[r]]``."""
+    """Return, for each i, whether the list ``runs[i]`` contains the triangle ``triangles[i]``.
+    The list r of a cell or a leaf is ``references[start[r]:end[r]]``."""
     return np.array([t in references[start[r]:end[r]] for r, t in zip(runs, triangles)])
 
 

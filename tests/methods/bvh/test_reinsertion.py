@@ -20,8 +20,8 @@ seeds = pytest.mark.parametrize("seed", range(4))
 
 
 def scrambled(count: int, seed: int) -> tuple[LooseTree, np.ndarray]:
-    """Return a tree and its triangles. The tree joins random pairs, beginning with single
-    triangles."""
+    """Return a tree and its triangles. The tree comes from joining random pairs of subtrees; the
+    first subtrees are single triangles."""
     rng = np.random.default_rng(seed)
     left, right = (np.full(2 * count - 1, -1) for _ in range(2))
     loose = list(rng.permutation(np.arange(count - 1, 2 * count - 1)))

@@ -1,5 +1,5 @@
-"""geometry-image: hits in geometry images equal hits in meshes to the bit. Further tests cover the
-pyramids of boxes that passes build, the option `level`, seams and moving positions."""
+"""geometry-image: hits in geometry images equal hits in meshes to the bit. Further tests cover
+pyramids of boxes built by GPU passes, the option `level`, seams and moving positions."""
 from __future__ import annotations
 
 from dataclasses import replace
@@ -83,8 +83,8 @@ def test_links_lead_through_every_cell_once(name: str) -> None:
 @pytest.mark.parametrize("storage", ["fp32", "fp16"])
 @pytest.mark.parametrize("name", [*SHAPES, "large", "soup"])
 def test_passes_make_the_boxes_that_numpy_makes(gpu, name: str, storage: str) -> None:
-    """In `large`, a level of a pyramid begins within a row of its table, spans several rows and
-    ends within a row."""
+    """In the shape `large`, a level of a pyramid begins within a row of its table, spans several
+    rows and ends within a row."""
     if name == "soup":
         corners = random_soup(5000, 3).reshape(-1, 3)
         scene = rt.Scene.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))

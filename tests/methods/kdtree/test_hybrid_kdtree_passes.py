@@ -1,5 +1,5 @@
-"""GPU passes build hybrid kd-trees whose upper levels equal the upper levels of numpy's trees. The
-cost is about the same, and the hits are the same."""
+"""Hybrid kd-trees that GPU passes build have the same upper levels and hits as trees that numpy
+builds, and about the same cost."""
 from __future__ import annotations
 
 import numpy as np
@@ -24,8 +24,8 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
 @pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in QUICK
                                                else pytest.mark.full) for name in SCENES])
 def test_a_tree_by_passes_gives_the_same_hits(precise_renderer, name: str) -> None:
-    """Random rays, and rays that aim at edges, have the hits of brute force. The scenes have flat
-    triangles in planes of the Morton lattice, which a split at the plane must not drop."""
+    """Random rays, and rays that aim at edges, have the hits of brute force. In the scenes, some
+    triangles lie in planes of the Morton lattice. A split at such a plane must not drop them."""
     scene = scene_of(SCENES[name]())
     with rt.Tracer(scene, "brute-force") as brute, rt.Tracer(
             scene, "kd-stack", build="hybrid", build_device="gpu") as tracer:

@@ -48,7 +48,7 @@ def test_leaf_sequences_are_those_of_restart(monkeypatch, method: str, seed: int
     expected = leaf_sequences(monkeypatch, scene, "kd-restart", rays)
     assert np.mean([len(sequence) for sequence in expected]) > 3
     found = leaf_sequences(monkeypatch, scene, method, rays)
-    # A method may skip a leaf that a ray crosses in a single point. No ray here has such a leaf.
+    # A method may skip a leaf that a ray crosses in a single point. No ray here does so.
     assert found == expected
 
 
@@ -159,9 +159,9 @@ def test_packets_at_the_edges_of_odd_images(shape: tuple[int, int]) -> None:
     ("kd-restart", {"stack_size": 0, "push_down": False})], ids=str)
 def test_a_packet_that_visits_empty_leaves_walks_as_its_rays_do(single: str,
                                                                 options: dict) -> None:
-    """Without skipping of empty leaves, a packet of one ray visits the nodes and leaves of the
-    method for single rays. With skipping, the packet visits fewer nodes and leaves, and the hits
-    are the same."""
+    """If empty leaves are not skipped, a packet of one ray visits the same nodes and leaves as the
+    method for single rays. If empty leaves are skipped, the packet visits fewer nodes and leaves,
+    and the hits are the same."""
     scene = soup_scene(150, 4)
     rays = RAY_SETS["random"](scene, 600, 4)
 

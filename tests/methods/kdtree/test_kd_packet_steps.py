@@ -15,8 +15,8 @@ from gpgpu_rt.methods.kdtree.tree import LEAF
 from gpgpu_rt.rays.records import HIT
 
 # Variants of packet methods. The first three are packets without a stack, with push-down and with
-# a short stack, as in Horn et al. 2007. Then follow other sizes of stacks and packets, and packets
-# that follow ropes. The last three visit empty leaves, as the packets of that paper do.
+# a short stack, as in Horn et al. 2007. The next three have other sizes of stacks or packets;
+# three more follow ropes. The last three visit empty leaves, as the packets of that paper do.
 FORMS: list[tuple[str, dict[str, Any]]] = [
     ("kd-packet", {"push_down": False, "stack_size": 0}),
     ("kd-packet", {"push_down": True, "stack_size": 0}),

@@ -99,7 +99,7 @@ def test_batches_do_not_change_hits(exact_renderer, options: dict, seed: int, mo
 @pytest.mark.parametrize("exponent, least, most", [
     (-26, 0.65, 0.85), (-25, 0.4, 0.6), (-24, 0.01, 0.2), (-22, 0, 0)])
 def test_what_24_bits_of_depth_lose(exponent: int, least: float, most: float, seed: int) -> None:
-    """A 24-bit depth buffer confuses two sheets if their gap is less than a few steps of depth.
+    """A 24-bit depth buffer confuses two squares if their gap is less than a few steps of depth.
 
     The share of wrong hits depends on the gap, and a wrong hit is off by at most one step. With
     blending in float32 ("blend"), hits are right up to the rounding of t.
@@ -149,8 +149,8 @@ def test_what_it_says_it_moved(cpu_below: int, seed: int) -> None:
     batched = hits.leaves_visited.sum() - split["host_rays"]
     assert split["pairs"] == hits.triangles_tested.sum()
     # Each ray is read back once (32 bytes), and its state, hit and counters are uploaded once (48
-    # bytes). For each ray, in whole rows, a batch uploads 32 bytes and reads back 16 bytes. For
-    # each quad, it uploads 20 bytes.
+    # bytes). A batch is padded to whole rows of rays. For each ray, the batch uploads 32 bytes and
+    # reads back 16 bytes. For each quad, the batch uploads 20 bytes.
     up = split["bytes_up"] - 48 * texels - 20 * split["quads"]
     down = split["bytes_down"] - 32 * texels
     assert up == 2 * down and down % (16 * WIDTH) == 0

@@ -13,9 +13,9 @@ SIDE = 8      # rays along a side of a tile (the default)
 def tight_tiles(scene: rt.Scene, tiles: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Return origins and directions, (SIDE, tiles * SIDE, 3), of rays that are hard to test.
 
-    The rays of a tile start in a ball and pass just inside a corner where a triangle touches its
-    bounding sphere. The rays are perpendicular to the line from the sphere's centre to the corner,
-    so the tile's cone barely meets the sphere. Balls and distances have many sizes.
+    The rays of a tile start in a ball. They pass just inside a triangle's corner that lies on the
+    triangle's bounding sphere. The rays are perpendicular to the line from the sphere's centre to
+    the corner, so the tile's cone barely meets the sphere. Sizes and distances of balls vary.
     """
     rng = np.random.default_rng(seed)
     aim = scene.triangles[rng.integers(len(scene), size=tiles)].astype(np.float64)
@@ -81,7 +81,7 @@ def test_rays_that_go_backwards(precise_renderer, seed: int) -> None:
 
 @pytest.mark.parametrize("scale", [1e-8, 1e12], ids="scale{}".format)
 def test_cones_of_any_size(precise_renderer, scale: float) -> None:
-    """Scaled scenes and cones lose no hit."""
+    """Very small and very large cones lose no hit."""
     scene = soup_scene(100, 4, size=0.05)
     scaled = rt.Scene.from_arrays((scene.triangles * np.float32(scale)).reshape(-1, 3),
                                   np.arange(300).reshape(-1, 3))

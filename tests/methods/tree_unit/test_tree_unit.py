@@ -1,5 +1,5 @@
-"""tree-unit: both criteria for entering a node find the hits of brute force under every schedule.
-The tables in the method's node format contain the whole kd-tree or BVH."""
+"""tree-unit finds the hits of brute force, with both criteria for entering a node and every
+schedule. The tables in the method's node format contain the whole kd-tree or BVH."""
 from __future__ import annotations
 
 from pathlib import Path

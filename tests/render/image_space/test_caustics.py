@@ -84,7 +84,7 @@ def test_a_mirror_lights_like_the_light_behind_it(seed: int) -> None:
 
 
 def landed_after(caustics: Caustics, iterations: int) -> np.ndarray:
-    """Return where photons land if the search makes a number of iterations."""
+    """Return where photons land after the given number of search iterations."""
     caustics.iterations = iterations
     return caustics.landings()
 

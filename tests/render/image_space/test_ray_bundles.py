@@ -1,5 +1,5 @@
-"""The light of ray bundles is compared with the known light in a closed box that emits everywhere
-(a furnace), with form factors and with traced rays.
+"""The light of ray bundles is compared with the known light in a furnace (a closed box that emits
+everywhere), with form factors and with traced rays.
 
 A ray bundle consists of parallel rays. Its hits are the layers that depth peeling finds in a
 projection.

@@ -1,5 +1,5 @@
-"""Broken and hostile AFF files give a one-line error, which names the file and, for a mistake in a
-statement, the number of its line. The refusal takes little time and memory."""
+"""Broken and hostile AFF files are refused with an error of one line, in little time and memory.
+The error names the file, and for a wrong statement also the line number."""
 from __future__ import annotations
 
 import os

@@ -131,8 +131,8 @@ def test_a_motion_scales_then_turns_then_moves() -> None:
 
 
 def test_visibility() -> None:
-    """A part is visible or hidden as its latest visibility key says, and visible before the first
-    key."""
+    """The latest visibility key decides whether a part is visible. Before its first key, a part is
+    visible."""
     motion = KeyedMotion(visibility=np.array([(0.5, 0), (2, 1), (3, 0)], float))
     assert [motion.visible(time) for time in (-1, 0.4, 0.5, 1.9, 2, 3, 9)] == [
         True, True, False, False, True, False, False]

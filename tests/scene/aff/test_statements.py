@@ -59,7 +59,7 @@ def test_meshes(read, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("folder", [None, "../TextureFiles", "elsewhere"])
 def test_a_missing_texture_gives_a_warning(folder: str | None, tmp_path: Path) -> None:
-    """A texture is found in ../TextureFiles. A missing texture gives a warning of one line."""
+    """A texture may lie in ../TextureFiles. A missing texture gives a warning of one line."""
     place = tmp_path / "aff"
     place.mkdir()
     (place / "a.aff").write_text("fm 0 0 0 0.5 0.4 0.3 0 0 0 20 0 0\n" + MESH)

@@ -23,10 +23,10 @@ def aimed_scene(camera: Camera, size: tuple[int, int], count: int, kind: str,
     """Return triangles with corners on rays through pixels. The triangles' outlines go through
     pixel centres, and often along the edges of tiles.
 
-    kind : "near": the corners are few pixels apart; "far": the corners are many pixels apart;
-        "tiny" and "slivers": all corners are near one ray; "behind": some or all corners may be
-        behind the eye; "beside": the corners are close to the eye, before or behind it;
-        "edge-on": the eye lies in the triangle's plane
+    The corners of kind `near` are few pixels apart, those of kind `far` many pixels apart. For
+    `tiny` and `slivers`, all corners are near one ray. For `behind`, some or all corners may be
+    behind the eye. For `beside`, the corners are close to the eye, before or behind it. For
+    `edge-on`, the eye lies in the triangle's plane.
     """
     rng = np.random.default_rng(seed)
     origins, directions = (values.reshape(-1, 3).astype(np.float64)

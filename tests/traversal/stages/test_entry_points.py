@@ -192,7 +192,7 @@ def test_an_empty_scene_and_few_rays(method: str) -> None:
         for count in (1, 3, 1030):
             rays = RAY_SETS["surface"](scene, count, count)
             assert (tracer.trace(*rays).t == plain.trace(*rays).t).all()
-        moved = scene.triangles + np.float32(0.25)     # lists follow boxes that move
+        moved = scene.triangles + np.float32(0.25)     # entry lists must follow moved boxes
         for each in (tracer, plain):
             each.update(moved)
         assert_same_bits(tracer.trace(*rays), plain.trace(*rays))
@@ -217,7 +217,7 @@ def test_fewer_nodes_on_eye_rays(method: str) -> None:
 @pytest.mark.parametrize("method", METHODS)
 def test_the_bar_on_real_scenes(method: str, name: str) -> None:
     """On real scenes, entry points divide the number of visited nodes by more than 1.5, even if
-    the nodes that beams visit are counted."""
+    the nodes visited by beams are counted, too."""
     scene = real_scene(name)
     found = check(scene, *scene.camera.rays((256, 256)), method, **fewest(method))
     assert found["plain"] > 1.5 * (found["nodes"] + found["entry_nodes_visited"])

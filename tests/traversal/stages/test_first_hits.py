@@ -21,8 +21,8 @@ def scene_of(triangles: np.ndarray, name: str = "soup") -> rt.Scene:
 
 
 def slivers(count: int, seed: int) -> np.ndarray:
-    """Return needles and flat wedges, (count, 3, 3), of widths from about 1e-9 to 0.1. Many of
-    them cross the view."""
+    """Return narrow triangles, (count, 3, 3), with widths from about 1e-9 to 0.1. Many of these
+    triangles cross the view."""
     random = np.random.default_rng(seed)
     start, way = random.uniform(-0.5, 0.5, (2, count, 3))
     width = 10.0 ** random.uniform(-9, -1, (count, 1)) * random.normal(size=(count, 3))
@@ -51,8 +51,8 @@ def layers(count: int, seed: int) -> np.ndarray:
 
 
 def around_the_eye(count: int, seed: int) -> np.ndarray:
-    """Return large triangles around the eye. Many reach behind the eye, and some pass close to
-    it."""
+    """Return large triangles around the eye. Many triangles reach behind the eye, and some pass
+    close to the eye."""
     random = np.random.default_rng(seed)
     return random.normal(size=(count, 3, 3)) * 10.0 ** random.uniform(-1, 0.5, (count, 1, 1))
 
@@ -164,8 +164,8 @@ def test_a_far_eye_is_traced(precise_renderer) -> None:
 
 
 def test_parts_are_cut(precise_renderer, monkeypatch) -> None:
-    """With a small limit, all triangles larger than a pixel are searched in parts of the image. No
-    side of the image is a multiple of a part's side."""
+    """With the limit MOST_PIXELS = 1, triangles larger than a pixel are searched in parts of the
+    image. No side of the image is a multiple of a part's side."""
     monkeypatch.setattr(module, "MOST_PIXELS", 1)
     scene = scene_of(fans(40, 9))
     with rt.Tracer(scene, "brute-force") as tracer:

@@ -24,7 +24,7 @@ QUICK = ("bvh-threaded-loop", "kd-packet-loop", "ray-tiles-kernels", "kd-texture
 
 
 def mixed_rays(seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return origins and directions, (37, 29, 3) each; no side is a multiple of 8.
+    """Return origins and directions, (37, 29, 3) each; neither side is a multiple of 8.
 
     Half of the rays are eye rays, half are random, and two rays are invalid.
     """
@@ -113,8 +113,8 @@ def test_few_rays_or_none(precise_renderer) -> None:
     ("bvh-threaded", {}), ("bvh-packet", {"packet": (2, 1)}), ("bvh-packet", {"packet": (2, 2)}),
     ("kd-packet", {"packet": (4, 2)}), ("bvh-packet", {"packet": (4, 4)})], ids=str)
 def test_all_that_is_found_comes_back(precise_renderer, method: str, options: dict) -> None:
-    """All results come back to their rays, whatever the layout of the render targets. The order
-    leaves out rays with an empty interval (t_max < t_min), but these rays get results too."""
+    """All results come back to their rays, whatever the layout of the render targets. The sorted
+    order omits rays with an empty interval (t_max < t_min), but these rays get results too."""
     origins, directions = RAY_SETS["random"](SCENE, 5000, 9)
     t_max = np.where(np.arange(5000) % 3, np.inf, -1.0)
     found = []
@@ -174,8 +174,8 @@ def test_rays_that_are_alike_come_together(seed: int) -> None:
 
 @pytest.mark.parametrize("way", WAYS)
 def test_origins_on_a_plane_or_at_a_point(way: str) -> None:
-    """If the extent of the origins is 0, or so small that its inverse overflows, all origins lie
-    in one cell, and no error occurs."""
+    """If the extent of the origins is 0, or so small that its inverse overflows, the sort puts all
+    origins into one cell, and no error occurs."""
     for start, spread in ((0.5, 0.0), (0.0, 1e-40)):
         origins = np.tile(np.float32([start, start, 3]), (100, 1))
         origins[::2, 0] += np.float32(spread)

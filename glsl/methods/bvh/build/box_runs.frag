@@ -1,5 +1,5 @@
 #version 330 core
-// Element i is the box around the triangles of a run, which is `run` consecutive slots from slot i on. This
+// Element i is the box around the triangles in a run of slots: `run` consecutive slots from slot i on. This
 // pass joins the boxes of four consecutive runs to the box of a run four times as long. Beyond the last
 // slot the last box is reused, which changes neither minimum nor maximum.
 

@@ -1,5 +1,5 @@
 #version 330 core
-// Computes the Morton code of each centroid: finds its cell in a lattice over all centroids, and
+// Computes the Morton code of each centroid: finds the centroid's cell in a lattice over all centroids, and
 // interleaves the bits of the cell's coordinates, x first (C. Lauterbach et al., "Fast BVH Construction on
 // GPUs", Eurographics 2009; survey, section 5).
 //

@@ -8,14 +8,14 @@
 // process small nodes in local queues.
 
 const float FAR = 3e38;
-const int IN_ORDER = 3;   // in place of an axis: the split halves the node's slots in their present order
+const int IN_ORDER = 3;   // in place of an axis: halve the node's list of triangles in its present order
 
 float half_area(vec3 lo, vec3 hi) {
     vec3 size = max(hi - lo, 0.0);
     return size.x * size.y + size.y * size.z + size.z * size.x;
 }
 
-// The cost of a split: the sum of area times count over both children, divided by the node's area, `whole`.
+// The SAH cost of a split: area times count, summed over both children, divided by the node's area `whole`.
 float split_cost(float left_area, float left, float right_area, float right, float whole) {
     float area = max(whole, 1e-37);
     return left_area / area * left + right_area / area * right;

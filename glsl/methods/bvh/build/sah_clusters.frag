@@ -1,6 +1,6 @@
 #version 330 core
 // Assigns each slot to the last cluster that begins at or before the slot. A cluster is a run of slots
-// whose Morton codes share at least MOST_BITS leading bits (gaps.frag).
+// (triangles in Morton order) whose codes share at least MOST_BITS leading bits (gaps.frag).
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Adds a triangle to its bin. Blending adds the counts and takes the minimum of all other values; the upper
-// corner is negated, so the minimum yields its maximum.
+// Adds a triangle to its bin. Blending adds the counts and takes the minimum of all other values. The upper
+// corner is negated, so blending finds its maximum.
 
 #include <records>
 #include "core/fetch.glsl"

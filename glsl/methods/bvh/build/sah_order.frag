@@ -1,5 +1,5 @@
 #version 330 core
-// Writes the final order of the triangles: the order of the slots after the last level.
+// Writes the final order: the triangle in each slot (position) after the last level.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Places a point for each triangle of a large node (large.glsl) on the texel of its node.
+// Places a point for each triangle of a large node (large.glsl) on the node's texel.
 
 #include <sources>
 #include "core/fetch.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// Tries the splits of small nodes (at most SMALL triangles). Each slot offers one split per axis. The
-// slot's triangle goes to the left, with all triangles whose box centres come before its own centre along
-// the axis. Writes the cost, the axis and the number of left triangles of the cheapest split.
+// Tries the splits of small nodes (at most SMALL triangles). Each slot (place in the triangle order)
+// offers one split per axis: all triangles whose box centres do not lie behind the centre of the slot's
+// triangle go left. Writes the cost, the axis and the number of left triangles of the cheapest split.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 // The position of a node in depth-first order: the number of nodes before it. Let L leaves lie before the
 // node's first slot. These leaves, and the L inner nodes that separate them from each other and from the
-// node, are 2 * L nodes. All other nodes before it are the ancestors that have it in their left subtree;
+// node, are 2 * L nodes. All other nodes before the node are ancestors with the node in the left subtree;
 // `turns` counts them.
 
 int node_place(Interval node) {

@@ -1,6 +1,6 @@
 #version 330 core
-// Computes the box of each triangle, multiplied by `unit`. With ORDERED, element i is the box of the
-// triangle in slot i.
+// Computes the box of each triangle, multiplied by `unit`. With ORDERED, element i is the box of the i-th
+// triangle in the sorted order.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Joins the bounds of a large node's chunks (parts of its pieces) to the bounds of all pieces.
+// Joins the bounds of a large node's chunks (zhou_chunks.frag) to the bounds of the node's pieces.
 
 #include <records>
 #include "core/stream.glsl"

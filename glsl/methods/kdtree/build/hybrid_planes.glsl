@@ -1,6 +1,6 @@
 // Computes one group of candidate planes. Binned SAH divides the bounds of a node's pieces (the parts of
 // triangles in the node) into BINS equal bins along each axis, as in gpgpu_rt/methods/kdtree/sah.py. The
-// candidates are the ends of the bins. Along each axis they form GROUPS groups of four.
+// candidates are the ends of the bins. Along each axis, the candidates form GROUPS groups of four.
 
 vec4 group_planes(Box box, int axis, int group) {
     float lo = box.lo[axis], hi = box.hi[axis];

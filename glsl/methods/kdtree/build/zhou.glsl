@@ -4,8 +4,8 @@
 // is the part of a triangle in a node. Counts and ranks are integers below 2^24, which the textures' floats
 // represent exactly.
 
-// Defines a function for the first i in [lo, hi) such that elements 0 to i hold more than `rank` items.
-// LOAD reads their prefix sums.
+// Defines a function that returns the first i in [lo, hi) such that elements 0 to i hold more than `rank`
+// items. LOAD reads the elements' prefix sums.
 #define FIND_OWNER(NAME, LOAD) int NAME(int rank, int channel, int lo, int hi) { \
     while (lo < hi) { \
         int middle = (lo + hi) >> 1; \
@@ -39,7 +39,7 @@ int population(uvec2 n) {
     return int(n.x + n.y);
 }
 
-// Remove the lowest set bit from a mask that is not 0. Return the bit's position: its exponent as a float.
+// Remove the lowest set bit of a mask that is not 0. Return its position, read from a float's exponent.
 int take_bit(inout uvec2 mask) {
     bool low = mask.x != 0u;
     uint word = low ? mask.x : mask.y;

@@ -1,6 +1,6 @@
 #version 330 core
 // Chooses the cheapest plane of a small node by the surface area heuristic. The candidates are the faces of
-// its pieces' boxes.
+// the boxes of the node's pieces (parts of triangles).
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,8 +1,8 @@
 #version 330 core
 // Decides the split of a large node. If empty space on one side exceeds the share `empty_cut` of the node's
 // extent, the split cuts this space off. Otherwise the split halves the node along its longest axis, or
-// along another axis if the plane across the longest axis separates no pieces. Axis 3 marks a node that
-// this pass does not split: a leaf, or a small node, which later passes may split.
+// along another axis if the plane across the longest axis separates no pieces (zhou.glsl). Axis 3 marks a
+// node that this pass does not split: a leaf, or a small node, which later passes may split.
 
 #include <records>
 #include "core/stream.glsl"

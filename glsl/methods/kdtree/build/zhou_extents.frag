@@ -1,5 +1,5 @@
 #version 330 core
-// Writes the extent of every piece along every axis. The two ends are candidate planes of small nodes.
+// Writes the extent of every piece (part of a triangle) along every axis. Both ends are candidate planes.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Writes the children of small nodes. A child has a box, and a mask of the pieces that it holds.
+// Writes the children of small nodes: each child's box, and the mask of its pieces (zhou.glsl).
 
 #include <records>
 #include "core/stream.glsl"

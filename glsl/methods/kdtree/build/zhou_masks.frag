@@ -1,7 +1,7 @@
 #version 330 core
-// Computes masks for the lower and the upper face of a piece along an axis: which pieces of a small root
-// lie left and right of the face. A small root is a small node whose parent is large. The masks serve all
-// nodes below this root.
+// Computes masks for the lower and the upper face of a piece (zhou.glsl) along an axis. The masks mark the
+// pieces of a small root that lie left and right of the face. A small root is a small node whose parent is
+// large. All nodes below this root use the masks.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Writes a node of the finished tree. A leaf also gets its pieces: a small leaf has a mask, a large leaf
-// has consecutive elements of the list of pieces.
+// Writes a node of the finished tree. A leaf also gets its pieces (zhou.glsl): a small leaf as a mask, a
+// large leaf as consecutive elements of the list of pieces.
 
 #include <records>
 #include "core/fetch.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Writes the pieces of a level's children: of large children if CHANNEL is 0, else of small children.
-// Binary searches find the child of each new piece, and the parent's piece that contains it.
+// Writes the pieces (zhou.glsl) of a level's children: of large children if CHANNEL is 0, else of small
+// children. Binary searches find the child of each new piece, and the parent's piece that contains it.
 
 #include <records>
 #include "core/stream.glsl"

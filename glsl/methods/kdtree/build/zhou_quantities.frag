@@ -1,6 +1,6 @@
 #version 330 core
-// Writes the input of a scan, four counts per node of a level: the pieces of a large node; the pieces of a
-// small node; 1 for a small node that is not empty; the chunks of a large node.
+// Writes the input of a scan, four counts per node: a large node's pieces (zhou.glsl); a small node's
+// pieces; 1 for a small node with pieces; a large node's chunks of CHUNK pieces. Other counts are 0.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// Writes a reference (a triangle in a leaf's list) of the finished tree. Finds the leaf of the reference,
-// and then the leaf's piece that has the rank of the reference. A large leaf has no mask; its pieces are
-// adjacent.
+// Writes a reference (a triangle in a leaf's list) of the finished tree. The n-th reference of a leaf is
+// its n-th piece (zhou.glsl). A small leaf marks its pieces in a mask. A large leaf has no mask; its pieces
+// are adjacent.
 
 #include <records>
 #include "core/stream.glsl"

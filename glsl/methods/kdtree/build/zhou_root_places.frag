@@ -1,6 +1,6 @@
 #version 330 core
-// Copies the places of a level's small roots (small nodes whose parents are large) to the list of the
-// places of all small roots.
+// Copies the final positions of a level's small roots (small nodes whose parents are large) to the list of
+// all small roots' positions.
 
 #include <records>
 #include "core/stream.glsl"

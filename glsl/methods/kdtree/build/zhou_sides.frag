@@ -1,5 +1,5 @@
 #version 330 core
-// Writes two flags: whether part of the piece lies left of its node's plane, and right of it.
+// Writes two flags per piece (zhou.glsl): a part lies left of the node's plane; a part lies right of it.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Copies the pieces of those large nodes that became leaves, because no plane separated their pieces or
-// because the tree had reached a limit.
+// Copies the pieces (parts of triangles) of large nodes that became leaves: no plane separated the pieces,
+// or the tree had reached a limit.
 
 #include <records>
 #include "core/stream.glsl"

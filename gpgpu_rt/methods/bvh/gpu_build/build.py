@@ -1,4 +1,4 @@
-"""Build a bounding volume hierarchy, a `Bvh` as from `build_bvh`, by fragment passes."""
+"""Build a bounding volume hierarchy by fragment passes, as a `Bvh` like that of `build_bvh`."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,9 +1,9 @@
 """LBVH by fragment passes (Lauterbach et al. 2009).
 
 The tree equals the tree of `methods.bvh.lbvh`. Passes compute boxes and Morton codes, and sort the
-codes. A slot is a place in the sorted order. A pass finds each node's span of slots and its
-parent. Six passes of pointer jumping give the nodes' positions in depth-first order. Last, boxes
-of runs of slots are joined into the boxes of nodes.
+codes. A slot is a place in the sorted order. A pass finds each node's parent and span of
+slots. Six passes of pointer jumping give the nodes' positions in depth-first order. Finally,
+boxes of runs of slots are joined into the boxes of nodes.
 """
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def upload(room: StreamRoom, triangles: np.ndarray) -> Stream:
 
 
 def scaled_boxes(room: StreamRoom, source: Stream, triangles: np.ndarray) -> Stream:
-    """The BOX of each triangle, scaled by 2^`unit_exponent` to avoid underflow and overflow."""
+    """Return each triangle's BOX, scaled by 2^`unit_exponent` to avoid underflow and overflow."""
     boxes = room.stream(BOX, source.length)
     room.draw("triangle_boxes", boxes, [source],
               unit=float(np.ldexp(1.0, unit_exponent(triangles))))
@@ -57,7 +57,7 @@ def scaled_boxes(room: StreamRoom, source: Stream, triangles: np.ndarray) -> Str
 
 
 def sorted_keys(room: StreamRoom, boxes: Stream, bits: int) -> Stream:
-    """A sorted SORT_KEY stream: Morton codes of `bits` bits for each axis, and their triangles."""
+    """Return sorted SORT_KEYs: Morton codes of `bits` bits for each axis, and their triangles."""
     centres = room.stream(VALUES, boxes.length)
     room.draw("centroids", centres, [boxes])
     low, high = (reduce_stream(room, centres, which).called(name)
@@ -79,9 +79,9 @@ def radix_nodes(room: StreamRoom, keys: Stream, max_leaf: int = 1,
 
     Returns
     -------
-    gaps : the INTERVAL of each gap between slots, with `turns` counted from the root
+    gaps : the INTERVAL of the node at each gap between slots, with `turns` counted from the root
     leaves : the INTERVAL of each slot that begins a leaf
-    sums : for each slot, the number of leaves that begin before it (a scan of flags)
+    sums : for each slot, the number of leaves that begin before the slot (a scan of flags)
     """
     slots = keys.length
     gaps, other = (room.stream(INTERVAL, slots - 1) for _ in range(2))

@@ -22,4 +22,4 @@ INTERVAL = Record("interval", "first:int last:int parent:int turns:int")
 
 ``turns`` is the number of ancestors, on the path up to ``parent``, that have the node in their
 left subtree. In LBVH, each pass of pointer jumping (lbvh.py) replaces ``parent`` by a higher
-ancestor; -1 means that the path goes up to the root."""
+ancestor; a ``parent`` of -1 means that the path ends at the root."""

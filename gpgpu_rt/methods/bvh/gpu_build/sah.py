@@ -1,10 +1,10 @@
 """SAH build by fragment passes, which process all nodes of a level together.
 
 Lauterbach et al. 2009. Nodes of more than SMALL triangles are binned: for each triangle and axis,
-a point is blended into a bin of the triangle's node. For smaller nodes, a fragment for each
-triangle tries, along each axis, the split after this triangle. A slot is a place in the order of
-triangles. A scan of flags partitions the slots of a node. For each level, the host reads back the
-numbers of binned nodes and of split nodes.
+the host draws a point, which is blended into a bin of the triangle's node. In smaller nodes, a
+fragment for each triangle tries the split after this triangle along each axis. A slot is a place
+in the order of triangles. A scan of flags partitions the slots of a node. For each level, the host
+reads back the number of binned nodes and the number of split nodes.
 """
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .lbvh import scaled_boxes, upload
 from .records import BIN, INTERVAL, SLOT, SPLIT
 from .thread import thread
 
-# Nodes of at most this many triangles are not binned. Lauterbach et al. use local queues instead.
+# Nodes of at most this many triangles are not binned. Lauterbach et al. use local queues for them.
 SMALL = 32
 FAR = 3e38
 
@@ -44,7 +44,7 @@ class Splitting:
     Parameters
     ----------
     boxes : the BOX of each triangle, from `scaled_boxes`
-    other parameters : as in `methods.bvh.sah.build`; `max_depth` counts from the nodes of `run`
+    other parameters : as in `methods.bvh.sah.build`; `max_depth` counts from `run`'s ``level``
     """
 
     def __init__(self, room: StreamRoom, boxes: Stream, *, bins: int = 32, max_leaf: int = 4,
@@ -71,7 +71,7 @@ class Splitting:
         -------
         nodes : the INTERVAL of every node of ``level`` and below
         order : SOURCE, the triangle of each slot
-        sums : for each slot, the number of leaves that begin before it (a scan of flags)
+        sums : for each slot, the number of leaves that begin before the slot (a scan of flags)
         """
         room, count = self.room, slots.length
         nodes = room.stream(INTERVAL, 2 * count - 1)
@@ -89,7 +89,7 @@ class Splitting:
         return nodes, order, scan(room, starts)
 
     def _split(self, slots: Stream, level: Stream, depth: int) -> tuple[Stream, Stream]:
-        """The slots and nodes of the next level. The old slots and nodes are released."""
+        """Return the slots and nodes of the next level, and release ``slots`` and ``level``."""
         room, count, defines = self.room, slots.length, self.defines
         flags = room.stream(VALUES, level.length)
         room.draw("sah_large", flags, [level], defines=defines)
@@ -119,7 +119,7 @@ class Splitting:
         return parted, children
 
     def _binned(self, slots: Stream, level: Stream, large: Stream) -> tuple[Stream, Stream]:
-        """The VALUES of each slot's bins, and of each binned node's cheapest split per axis."""
+        """Return two VALUES: each slot's bins, and each binned node's best split per axis."""
         room, defines, context = self.room, self.defines, self.room.gpu.context
         nodes = int(large.read_one(level.length)["value"][0])
         bins = room.stream(VALUES, slots.length)

@@ -3,8 +3,8 @@
 A slot is a place in the order of triangles. The nodes may come from any tree whose nodes span
 consecutive slots. A node's position in depth-first order is twice the number of leaves that begin
 before the node, plus the number of ancestors that have the node in their left subtree. For some
-k, four runs of 4^k slots, which may overlap, cover a node's slots. So a node's box is the union of
-four boxes, and no pass for each level of the tree is needed.
+k, four runs of 4^k consecutive slots, which may overlap, cover a node's slots. So a node's box is
+the union of four runs' boxes, and no pass for each level of the tree is needed.
 """
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
     ----------
     triangles : TRIANGLE, as uploaded
     order : SOURCE, the triangle in each slot
-    sums : VALUES, for each slot, the number of leaves that begin before it; last, the total
-    max_leaf : the largest number of triangles in a leaf
-    lists : pairs: an INTERVAL stream in any order, and the largest number of slots that a node of
-        the stream spans. Entries with first = -1 are no nodes
+    sums : VALUES, the number of leaves that begin before each slot; the last value is the total
+    max_leaf : The largest number of triangles in a leaf.
+    lists : Pairs of an INTERVAL stream, in any order, and the largest number of slots that a node
+        of the stream spans. Entries with first = -1 are no nodes.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Build a kd-tree by fragment passes; the result has the form of the CPU builders'."""
+"""Build a kd-tree by fragment passes; the result has the same form as a tree built on the CPU."""
 from __future__ import annotations
 
 import numpy as np

@@ -4,9 +4,9 @@ The build follows `methods.kdtree.hybrid`, with the passes of Zhou's build. In t
 node stands for the codes that begin with a prefix. The prefix selects the lattice plane that
 halves the node. Below, binned SAH splits all nodes of more than `FEW` pieces (see `sah`). A piece
 is a triangle's entry in a node, with the box of the triangle's part in the node. The passes with
-Zhou's masks split the smaller nodes: they try every face of every piece's box.
+Zhou's masks (a bit per piece) split the smaller nodes: they try every face of every piece's box.
 
-The CPU clips triangles in all levels. Here, each split of a large node clips the triangle by the
+The CPU clips triangles in all levels. Here, each split of a large node clips triangles by the
 split plane, but splits of the smaller nodes do not clip. The trees therefore cost a few percent
 more (docs/kd-trees.md), but give the same hits.
 """
@@ -61,7 +61,7 @@ class Codes(Halving):
         self.groups = {"BINS": bins, "GROUPS": bins // 4 + 1}
 
     def small(self, depth: int) -> int:
-        """The largest number of pieces of a small node; 0 where codes split every node."""
+        """Return the largest number of pieces of a small node; 0 where codes split every node."""
         return 0 if depth < 3 * self.bits else self.rules.small
 
     def decide(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,

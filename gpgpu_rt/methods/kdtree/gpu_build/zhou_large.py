@@ -57,7 +57,7 @@ class LargeNodes:
     Attributes
     ----------
     levels : all levels, from the root down
-    small : pieces of small nodes, a stream for each level below the root; or a small root's pieces
+    small : pieces of small nodes, a stream per level below the root; or a small root's pieces
     stuck : pieces of large nodes that became leaves, a stream for each level that has such pieces
     roots : number of small nodes
     """
@@ -79,18 +79,18 @@ class LargeNodes:
 class Halving:
     """Splits large nodes as Zhou does: cuts off empty space, or halves a node's longest side."""
 
-    prefixes = False    # whether the field ``futile`` of a CELL holds a prefix of codes instead
+    prefixes = False    # whether the field ``futile`` of a CELL holds a prefix of codes
 
     def __init__(self, rules: cpu.ZhouRules) -> None:
         self.rules = rules
 
     def small(self, depth: int) -> int:
-        """The largest number of pieces of a small node at this depth."""
+        """Return the largest number of pieces of a small node at this depth."""
         return self.rules.small
 
     def decide(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,
                depth: int, stop: bool) -> Stream:
-        """The DECISION of each node of a level. With ``stop``, no node is split."""
+        """Return the DECISION of each node of a level. With ``stop``, no node is split."""
         bounds = chunk_bounds(room, cells, starts, pieces, chunks)
         decisions = room.stream(DECISION, cells.length)
         room.draw("zhou_decide", decisions, [cells, starts, bounds], small=self.small(depth),
@@ -127,7 +127,7 @@ def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray, rules: c
 
 
 def _starts(room: StreamRoom, cells: Stream, small: int) -> tuple[Stream, tuple[int, ...]]:
-    """The stream `LargeLevel.starts` of the nodes, and the four totals of the level."""
+    """Return the stream `LargeLevel.starts` of the nodes, and the four totals of the level."""
     quantities = room.stream(VALUES, cells.length)
     room.draw("zhou_quantities", quantities, [cells], defines={"CHUNK": CHUNK_PIECES},
               small=small)
@@ -143,7 +143,7 @@ def _totals(sums: Stream) -> tuple[int, ...]:
 
 def chunk_bounds(room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream,
                  count: int) -> Stream:
-    """The CHUNK of each chunk of large nodes' pieces. There are ``count`` chunks."""
+    """Return the CHUNK of each of the ``count`` chunks of large nodes' pieces."""
     chunks = room.stream(CHUNK, max(count, 1))
     room.draw("zhou_chunks", chunks, [cells, starts, pieces], count=count,
               defines={"CHUNK": CHUNK_PIECES}, cells=cells.length)
@@ -172,7 +172,7 @@ def _level(room: StreamRoom, found: LargeNodes, cells: Stream, starts: Stream, p
 def _children(room: StreamRoom, found: LargeNodes, level: LargeLevel, pieces: Stream,
               source: Stream, rules: cpu.ZhouRules, way: Halving
               ) -> tuple[Stream, Stream, Stream, tuple[int, ...]]:
-    """The cells, starts, pieces and totals of the level below."""
+    """Return the cells, starts, pieces and totals of the level below."""
     sides = room.stream(VALUES, pieces.length)
     room.draw("zhou_sides", sides,
               [pieces, level.decisions, source], slack=rules.slack)

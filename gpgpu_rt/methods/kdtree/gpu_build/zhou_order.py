@@ -23,7 +23,7 @@ def finish(room: StreamRoom, large: LargeNodes, small: list[SmallLevel], pieces:
            rules: ZhouRules, box: tuple[np.ndarray, np.ndarray]) -> KdTree:
     """The finished tree, with siblings side by side and subtrees in depth-first order.
 
-    pieces : the pieces of small nodes, then the pieces of large leaves
+    pieces : the pieces (parts of triangles in a node) of small nodes, then of large leaves
     """
     large_sizes, small_sizes = _sizes(room, large, small)
     large_places, small_places = _places(room, large, small, large_sizes, small_sizes)

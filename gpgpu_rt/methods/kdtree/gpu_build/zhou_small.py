@@ -34,8 +34,7 @@ class SmallLevel:
 
 def grow_small(room: StreamRoom, large: LargeNodes, pieces: Stream,
                rules: ZhouRules) -> list[SmallLevel]:
-    """Split small nodes and all nodes below while this lowers the cost and the depth limit allows.
-    """
+    """Split small nodes and their descendants while this lowers the cost, to the depth limit."""
     if not large.roots:
         return []
     nodes = room.stream(SMALL_NODE, large.roots)
