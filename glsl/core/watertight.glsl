@@ -4,9 +4,8 @@
 //
 // Departures:
 // - The paper swaps two axes to keep the winding; here both windings are accepted.
-// - The ray must also pass through the sheared triangle's box. Rounding can make an edge function zero,
-//   which counts as either sign, so without the box a tiny triangle would be "hit" from far away. The box
-//   test loses no hit: its comparisons are exact.
+// - The ray must also pass through the sheared triangle's box, by exact comparisons. An edge function that
+//   rounds to zero has either sign. Without the box, a tiny triangle would be "hit" from far away.
 // - The paper interpolates t from the depths of the sheared corners, a sum whose terms cancel near a long
 //   thin triangle. Here t is the distance of the triangle's plane, clamped to the range of the depths.
 
@@ -49,28 +48,29 @@ bool all_below_zero(vec3 v) {
     return min(min(bits.x, bits.y), bits.z) > MINUS_ZERO;
 }
 
-// Return the t of triangle i's plane, clamped to the range of the corners' t (`depths`). The corners
-// v0, v1 and v2 are relative to the origin, with permuted axes. The two shorter edges give the most exact
-// normal. If the plane contains the ray's direction, the result is an end of the range.
-float plane_distance(Ray ray, int i, vec3 v0, vec3 v1, vec3 v2, vec3 depths) {
+// Return the normal of triangle i, with permuted axes. The product of the two shorter edges is the most
+// exact normal. The shorter edges meet at v0 if apex.x, else at v1 if apex.y, else at v2.
+vec3 plane_normal(int i, bvec2 axes, out bvec2 apex) {
     vec3 e0 = R(triangle_v2(i) - triangle_v1(i));
     vec3 e1 = R(triangle_v0(i) - triangle_v2(i));
     vec3 e2 = R(triangle_v1(i) - triangle_v0(i));
     vec3 size = vec3(largest(abs(e0)), largest(abs(e1)), largest(abs(e2)));
-    bool at_v0 = size.x >= size.y && size.x >= size.z;   // where the shorter edges meet
-    bool at_v1 = !at_v0 && size.y >= size.z;
-    vec3 apex = at_v0 ? v0 : (at_v1 ? v1 : v2);
-    vec3 normal = permute(ray, R_cross(at_v0 ? e1 : e0, at_v0 || at_v1 ? e2 : e1));
-    // Divide first, so that no number is a product of three lengths.
-    float inverse = R(1.0 / R_dot(permute(ray, ray.direction), normal));
-    PRECISE float t = R_dot(apex, R(normal * inverse));
-    float nearest = min(min(depths.x, depths.y), depths.z);
-    float furthest = largest(depths);
-    return t > nearest ? (t < furthest ? t : furthest) : nearest;   // nearest, if t is not a number
+    apex = bvec2(size.x >= size.y && size.x >= size.z, size.y >= size.z);
+    return permuted(axes, R_cross(apex.x ? e1 : e0, apex.x || apex.y ? e2 : e1));
 }
 
-// Test triangle i, whose corners are relative to the origin with permuted axes.
-void test_corners(Ray ray, vec3 v0, vec3 v1, vec3 v2, int i, inout Hit hit) {
+// Return the t of the plane through `point`, clamped to the range of the corners' t (`depths`). If the
+// plane contains the ray's direction, the result is an end of the range.
+float plane_distance(Ray ray, vec3 normal, vec3 point, vec3 depths) {
+    // Divide first, so that no number is a product of three lengths.
+    float inverse = R(1.0 / R_dot(permute(ray, ray.direction), normal));
+    PRECISE float t = R_dot(point, R(normal * inverse));
+    float nearest = min(min(depths.x, depths.y), depths.z);
+    return t > nearest ? min(t, largest(depths)) : nearest;   // nearest, if t is not a number
+}
+
+// Test triangle i. Its corners are relative to the origin. They and its normal have permuted axes.
+void test_corners(Ray ray, int i, vec3 v0, vec3 v1, vec3 v2, vec3 normal, bvec2 apex, inout Hit hit) {
     vec3 a = sheared(ray, v0);
     vec3 b = sheared(ray, v1);
     vec3 c = sheared(ray, v2);
@@ -84,7 +84,7 @@ void test_corners(Ray ray, vec3 v0, vec3 v1, vec3 v2, int i, inout Hit hit) {
     if (inside && !beside && !over && abs(det) >= LEAST_NORMAL) {
         PRECISE float inv_det = R(1.0 / det);
         PRECISE vec3 depths = R(vec3(a.z, b.z, c.z) * ray.shear.z);
-        float t = plane_distance(ray, i, v0, v1, v2, depths);
+        float t = plane_distance(ray, normal, apex.x ? v0 : apex.y ? v1 : v2, depths);
         accept(ray, t, R(w.y * inv_det), R(w.z * inv_det), triangle_index(i), hit);
     }
 }
@@ -98,7 +98,9 @@ vec3 seen_from(vec3 start, bvec2 axes, vec3 corner) {
 void test_triangle(Ray ray, int i, inout Hit hit) {
     COUNT(triangles_tested);
     vec3 start = permute(ray, ray.origin);
-    test_corners(ray, seen_from(start, ray.dominant, triangle_v0(i)),
+    bvec2 apex;
+    vec3 normal = plane_normal(i, ray.dominant, apex);
+    test_corners(ray, i, seen_from(start, ray.dominant, triangle_v0(i)),
                  seen_from(start, ray.dominant, triangle_v1(i)),
-                 seen_from(start, ray.dominant, triangle_v2(i)), i, hit);
+                 seen_from(start, ray.dominant, triangle_v2(i)), normal, apex, hit);
 }

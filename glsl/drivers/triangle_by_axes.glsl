@@ -1,6 +1,6 @@
 // The watertight test of a triangle for the rays of a turn (drivers/packet_turns.glsl), which have the same
-// dominant axis. The axes of the corners are permuted once for all rays. If all rays of the image have the
-// same origin, the corners relative to this origin are also computed once. The operations are those of
+// dominant axis. The triangle's normal and the permuted corners are computed once for all rays, and also the
+// corners relative to the origin if all rays of the image share their origin. The operations are those of
 // `test_triangle`, so the hits have the same bits. A method defines PRESENT(r), which says whether ray r
 // belongs to the turn.
 
@@ -9,6 +9,8 @@ int shared_axis(Ray ray) {
 }
 
 vec3 corners[3];   // axes permuted; relative to the origin if all rays have one origin
+vec3 tested_normal;   // of the triangle `tested`; see `plane_normal` in core/watertight.glsl
+bvec2 tested_apex;
 
 #ifdef RAYS_TEXEL_0_UNIFORM   // all rays have one origin
 
@@ -45,7 +47,8 @@ void take_corner(int k, bvec2 axes, vec3 corner) {
 void test_present(int r) {
     if (PRESENT(r)) {
         Hit hit = hits[r];
-        test_corners(rays[r], corner_seen(r, 0), corner_seen(r, 1), corner_seen(r, 2), tested, hit);
+        test_corners(rays[r], tested, corner_seen(r, 0), corner_seen(r, 1), corner_seen(r, 2),
+                     tested_normal, tested_apex, hit);
 #ifdef ANY_HIT
         hit.u = hit.v = 0.0;   // no caller reads u and v of a shadow ray's hit
 #endif
@@ -60,6 +63,7 @@ void test_rays() {
     take_corner(0, axes, triangle_v0(tested));
     take_corner(1, axes, triangle_v1(tested));
     take_corner(2, axes, triangle_v2(tested));
+    tested_normal = plane_normal(tested, axes, tested_apex);
     COUNT_SEVERAL(triangles_tested, RAYS);
     EACH(test_present)
 }
