@@ -41,7 +41,8 @@ FAULTS: dict[str, tuple[str, dict, list[tuple[str, str, str]]]] = {
         (TRIANGLE, AHEAD, "bool ahead = !(t < ray.t_min);"),
         (TRIANGLE, NEARER, "!(t >= hit.t)")]),
     "t from depths": ("brute-force", {}, [
-        (WATERTIGHT, "float t = plane_distance(ray, normal, apex.x ? v0 : apex.y ? v1 : v2, depths);",
+        (WATERTIGHT,
+         "float t = plane_distance(ray, normal, apex.x ? v0 : apex.y ? v1 : v2, depths);",
          "float t = dot(w, depths) * inv_det;")]),
     "t_min ignored": ("brute-force", {}, [(TRIANGLE, AHEAD, "bool ahead = t >= 0.0;")]),
     "first hit wins": ("brute-force", {}, [(TRIANGLE, NEARER, "hit.t == ray.t_max")]),
