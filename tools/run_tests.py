@@ -46,7 +46,7 @@ def run(title: str, backend: str, arguments: list[str], **environment: str) -> i
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--all", action="store_true", help="all tests at full size on every "
-                        "backend; parts of them on softpipe, zink, ANGLE, fresh machines")
+                        "renderer; parts of them on softpipe, zink, ANGLE, fresh machines")
     parser.add_argument("pytest", nargs="*", help="arguments for pytest")
     chosen = parser.parse_args()
     found = backends()

@@ -122,7 +122,7 @@ class PredictedRow:
 
     @property
     def group(self) -> tuple[str, str]:
-        """The figure and the panel, within which methods are ordered."""
+        """The names of the figure and the panel. Only methods of the same group are compared."""
         return self.figure.name, self.panel.label
 
     def time(self, assumed: Assumptions = ASSUMED) -> CardTime:
@@ -164,7 +164,8 @@ class PredictedRow:
 
     @property
     def allowed(self) -> float:
-        """The number of instructions that a run of a kernel can issue in the published time."""
+        """The number of instructions that a run of a kernel can issue in its equal share of the
+        published time."""
         seconds = 1e-9 * self.published / max(self.runs, 1e-9)
         return float(seconds * self.paper_card.card.issue_rate)
 
@@ -242,7 +243,7 @@ def counted_cell(scene: str, method: str, options: tuple[tuple[str, Any], ...], 
 def cells(figure: Comparison, full: bool) -> list[Cell]:
     """Return the cells that count how often a figure's card would have issued each kernel.
 
-    Stand-in scenes are left out: they are never scored and may have very long rays.
+    Stand-in scenes are left out, because they are never scored.
     """
     return list(dict.fromkeys(
         cell for panel, _, some in pairs(figure, full) for cell in some.values()

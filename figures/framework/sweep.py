@@ -52,7 +52,8 @@ def by_scene(cells: list[Cell]) -> list[Cell]:
 def _dealt(cells: list[Cell]) -> list[Cell]:
     """Alternate between the first and the second half of the cells.
 
-    Adjacent cells run at the same time, and in the old order would build the same tree twice.
+    Two adjacent cells run at the same time. Before the change of order, they need the same tree,
+    and each of the two processes would build it.
     """
     half = -(-len(cells) // 2)
     pairs = itertools.zip_longest(cells[:half], cells[half:])

@@ -7,13 +7,14 @@
 // errors make the margin:
 //   `eta` bounds the error of a projected corner, both here and in the test. It covers the rounding of the
 //   corner's position relative to the eye, of the ray's direction, and of the shear.
-//   `beyond` bounds the distance at which a ray may pass outside a short edge and still be accepted,
-//   because the edge function is rounded. The distance is 2^-23 times the square of the longest edge,
-//   divided by the length of the short edge. The test also rejects rays outside the triangle's bounding
-//   box, which limits the distance to a few lengths of the short edge.
+//   `beyond` bounds, for each edge, the distance at which a ray may pass outside the edge and still be
+//   accepted, because the edge function is rounded. The bound is 2^-23 times the square of the longest
+//   edge, divided by the length of this edge. The test also rejects rays outside the triangle's bounding
+//   box, so the bound is at most a few lengths of this edge.
 // A triangle is `cut` if a corner is less than `nearest` deep. Such a corner has no place in the image or
-// an inexact one, so the edges of a cut triangle become planes through the eye. The planes' error is the
-// rounding of products of two corners in the test, and grows with the product of the corners' distances.
+// an inexact one, so the edges of a cut triangle become planes through the eye. The test
+// multiplies the coordinates of two corners. The rounding of these products is the planes' error. It grows
+// with the product of the two corners' distances from the eye.
 //
 // The depth of a hit is the depth of the triangle's plane, clamped to the range of the corners' depths, so
 // the hit's depth is never less than `depth`. The depth of the plane is 1 / (slope . ray). `slope_off`
@@ -126,8 +127,8 @@ Cover cover_of(vec3 v0, vec3 v1, vec3 v2) {
                        + cover.margin / focal * length(normal)) / abs(height);
     if (cover.cut) {
         // The test's error is the error of the normal times the distance from the hit to a corner, plus the
-        // rounding of the dot products. Both parts are below `relative` times the depth. Also, 1 / depth =
-        // area seen from the eye / height.
+        // rounding of the dot products. Both parts are below `relative` times the depth. So `slope` has at
+        // most this relative error.
         float relative = 8.0 * ERROR * cover.reach * cover.reach * across * extent / abs(height);
         cover.misjudged = 4.0 * ERROR * cover.reach;
         cover.depth = BEHIND_ALL;

@@ -65,4 +65,4 @@ def _mib(size: int) -> str:
 
 
 def _advice() -> str:
-    return f"raise the budget of {_mib(budget_bytes())} by {VARIABLE} (in MiB)"
+    return f"set {VARIABLE} (in MiB) to raise the budget of {_mib(budget_bytes())}"

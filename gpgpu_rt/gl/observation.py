@@ -27,7 +27,7 @@ class ObservedPass:
 
     Attributes
     ----------
-    number : Index of the pass in a list of `Passes`, from 0; always 0 for other observers.
+    number : Index of the pass if the observer is a list (`Passes`), from 0; else 0.
     name, vertex : Files of the fragment and the vertex program, below ``glsl/``.
     kernel : Name of the method's kernel that ran. "init" sets up states, "all" runs the kernel
         that each ray's own state names, "visit" and "intersect" run packets. Empty for a
@@ -121,7 +121,7 @@ class Observers:
             count = _Count(query, within, free)
         else:
             draws = render()
-        one.gpu.fences.keep()       # before an observer's read of a texture ends the scene
+        one.gpu.fences.keep()       # now: an observer that reads a texture ends the batch of draws
         seen = ObservedPass(
             0, one.name, one.vertex, one.kernel, one.label or one.name, one.texts,
             dict(one.uniforms), dict(inputs), target, tuple(framebuffer.color_attachments or ()),

@@ -7,10 +7,10 @@ does the three in parallel, so the slowest decides:
 
 On NV40, fetches occupy slots of the arithmetic (``fetches_beside`` of cards.json), so the first
 two terms are added. The texels of a stream are not in the texture cache, so a pass fetches them at
-a lower rate (``stream_fetch``). ``lanes`` includes idle lanes (issue.py). Passes and occlusion
-queries add the host's time and the time in which the early depth test rejects pixels. All rates
-come from cards.json; `Assumptions` holds the numbers without a source. The model ignores cache
-misses, and assumes enough fragments in flight to hide the latency of fetches.
+a lower rate (``stream_fetch``). ``lanes`` includes idle lanes (issue.py). `host_time` gives the
+time that each pass and each occlusion query adds. All rates come from cards.json; `Assumptions`
+holds the numbers without a source. The model ignores cache misses, and assumes enough fragments in
+flight to hide the latency of fetches.
 """
 from __future__ import annotations
 
@@ -88,9 +88,9 @@ def stream_fetches(method: str, kernel: str, any_hit: bool = False, in_loop: boo
                    **options: Any) -> int:
     """Return how many fetches of a kernel read the ray, its state and its hit.
 
-    A loop does not make these fetches: it keeps ray, state and hit in registers. The fetches are
-    counted in NV40's listing, where their coordinates are the fragment's own. All compilers keep
-    these fetches.
+    In NV40's listing, the coordinates of these fetches are an input of the fragment. No card's
+    compiler removes one of these fetches, so the number holds for all cards. A loop keeps ray,
+    state and hit in registers, so `time_of_loop` subtracts the number from a kernel's fetches.
     """
     cost = static_cost(_LISTED, method, kernel, any_hit, in_loop, **options)
     return len(_OWN_FETCH.findall(cost.listing))
@@ -138,7 +138,7 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
     ----------
     issued : the issues, from `issue.issued_in_loop`
     costs : the cost of each kernel in a loop
-    streams : the fetches to subtract, as for `time_of_passes`
+    streams : `stream_fetches` of each kernel, which a loop does not make
     pixels : number of pixels of the image, all covered by the pass
     sharing : number of lanes that share one load of a table's texel
     uncoalesced : whether each run loads texels from memory by itself, without the texture units
@@ -154,7 +154,7 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
         cost = costs[kernel]
         fetches, moved = (cost.fetches - streams[kernel]) / sharing, 0.0
         if uncoalesced:
-            # Waiting lanes load nothing, so the mean over all lanes is smaller.
+            # `_kernel_time` multiplies by all lanes, but waiting lanes load nothing.
             fetches, moved = 0.0, fetches * UNCOALESCED_BYTES * runs / max(lanes, 1)
         total += _kernel_time(card, issue_slots(cost) + branch, fetches, moved, runs, lanes)
     return total

@@ -36,8 +36,8 @@ class WebMethod:
     name, summary, citation : as in the method's row of the method table
     about : the paragraphs of the method's manual
     schedules : the passes of each schedule that runs in a browser
-    test : the image's ``side``, the ``eye``, and the numbers of two tables: ``directions`` of the
-        test's rays, and ``hits`` (t, u, v, and the triangle or -1)
+    test : the image's ``side``, the ``eye``, and the indices of two tables of `PageData`:
+        ``directions`` of the test's rays, and ``hits`` (t, u, v, and the triangle or -1)
     costs : the steps and nodes of the test's rays, and the ray with the most steps
     """
 

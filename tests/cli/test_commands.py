@@ -1,5 +1,5 @@
-"""Tests of the table of each command's module, and of the times that --timings prints. With the
-table, a command imports only the modules that it needs."""
+"""Tests of the times that --timings prints, and of `MODULES`, which names the module of each
+command, so that a command imports only the modules that it needs."""
 from __future__ import annotations
 
 import argparse

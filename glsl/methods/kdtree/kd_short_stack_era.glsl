@@ -3,7 +3,8 @@
 //   1. In a leaf, `place` holds the cursor instead of the node, and t_min holds the end of the leaf's
 //      list. This is possible because leave_leaf() sets node and t_min anew.
 //   2. No stack holds the root (node 0), so 0 marks a free entry, and no field counts the entries.
-//   3. While a ray is `pushing`, its stack is empty. The node of the first entry is then PUSHING.
+//   3. The flag `pushing` of kd_short_stack.glsl is set only while the stack is empty. The node PUSHING in
+//      the stack's first entry stands for this flag.
 
 #define node place      // in a leaf, this field holds the cursor
 #define cursor place
