@@ -31,10 +31,10 @@ class Option:
     define : The name of the GLSL macro that the option defines, or None. A switch defines the
         macro if it is true. A number is the macro's value. A word such as ``fast`` defines a macro
         whose name ends with ``_FAST``.
-    relaxed : Choices for measurements, with which a search may lose hits.
+    relaxed : Choices that only measurements use: with them, a search may lose hits.
     excludes : If this option differs from its default, these options must have their defaults.
     schedules : The schedules that allow a value other than the default. Empty for all schedules.
-    goes_with : The name of another option, and the values with which this option has a meaning.
+    goes_with : Another option's name, and its values with which this option has a meaning.
     common : Whether many users need the option. A command's short help lists only such options.
     label : A few plain words for a control of the viewer. Empty if ``name`` with spaces for
         underscores is plain enough; see ``title``.
@@ -169,8 +169,8 @@ TRUTH = {"1": True, "true": True, "yes": True, "on": True,
 # The chips that the option ``era`` accepts. ``era`` runs the kernels as in the papers: the era
 # form (docs/era.md). Each chip implies the schedule of cards without loops, the papers' triangle
 # test, and the number format of the chip's fragment processors. NV40 and R580 compute in fp32, the
-# default (NV40 unless a program uses half-precision types). NV30 is missing because it has a
-# single render target, and its compiler refuses each of the kernels.
+# default. (NV40 also has half-precision types.) NV30 is missing because it has a single render
+# target, and its compiler refuses each of the kernels.
 _PAPERS = {"schedule": "kernels", "intersection": "moller-trumbore"}
 ERAS: dict[str, dict[str, Any]] = {
     "r300": {**_PAPERS, "precision": "fp24"}, "r420": {**_PAPERS, "precision": "fp24"},

@@ -27,7 +27,7 @@ class Statistics:
     kernel_passes : Number of passes of each kernel, under the ``kernels`` schedule.
     live : Numbers of rays whose search has not ended. The schedules ``step`` and ``kernels``
         append a number at each count. The numbers of a picture's ray sets follow one another.
-    picture_passes : Name of a pass (no traversal pass) -> number of its runs for the picture.
+    picture_passes : Name of a pass that traverses nothing -> number of its runs for the picture.
     waves : Number of ray sets that a picture traced.
     texel_fetches : Texels per pixel that ``picture_passes`` read.
     vertices : An entry for each vertex of paths, if the integrator may pack the live paths into
@@ -123,7 +123,7 @@ class Statistics:
         self.__dict__.update(Statistics(rays=rays, **self.of_structure()).__dict__)
 
     def add(self, **figures: float) -> None:
-        """Add to the counts in ``driver``, which sum over a driver's runs in a call."""
+        """Add to the counts in ``driver``. They are sums over a driver's runs in a call."""
         for name, value in figures.items():
             self.driver[name] = self.driver.get(name, 0.0) + value
 

@@ -30,7 +30,7 @@ def threads(count: int) -> Run:
 
 
 def _shared_out(function: Callable[..., Any], *parts: Iterable[Any]) -> Iterable[Any]:
-    if getattr(_thread, "has_a_part", False):   # avoid a deadlock: the pool waits for this thread
+    if getattr(_thread, "has_a_part", False):   # avoid a deadlock: all threads could wait
         return map(function, *parts)
     return _pool(min(cores(), MOST)).map(function, *parts)
 

@@ -45,8 +45,8 @@ class Tracer:
     ----------
     scene : Scene, trimesh.Trimesh, a scene's name or a mesh file
     method : a name from ``methods()``, "auto", or ``Choices``: a method for coherent rays and a
-        method for incoherent rays, whose accelerator is built when it is first needed. After a
-        call, ``statistics.choice``, ``method`` and ``options`` describe the used method. "auto"
+        method for incoherent rays. The second accelerator is built when it is first needed. After
+        a call, ``statistics.choice``, ``method`` and ``options`` describe the used method. "auto"
         uses `tune`'s ``Choices`` for this scene and renderer, or else a safe default
     options : the options below, and the options that ``gpgpu-rt methods NAME`` prints for a method
 
@@ -362,7 +362,7 @@ class Tracer:
 
         Parameters
         ----------
-        look : called after each pass, while its textures are unchanged
+        look : called after each pass, while the pass's textures are unchanged
         fragments : count the fragments and primitives of each pass, by queries
 
         Returns

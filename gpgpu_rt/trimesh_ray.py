@@ -298,8 +298,8 @@ def _far_centre(vertices: np.ndarray) -> np.ndarray:
     """Return the vector to subtract from (v, 3) vertices to move them near the origin, (3,)
     float64.
 
-    Along each axis, the vector is the mesh's centre if the centre's distance from 0 exceeds the
-    mesh's largest side, because float32 would round such vertices coarsely; otherwise 0.
+    Along each axis, the vector is the mesh's centre if the centre is farther from 0 than the
+    mesh's largest side: float32 would round such vertices coarsely. Otherwise it is 0.
     """
     if not len(vertices) or not np.isfinite(vertices).all():
         return np.zeros(3)

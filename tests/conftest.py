@@ -64,8 +64,8 @@ SCHEDULES: dict[str, dict[str, object]] = {
     "loop": {"schedule": "loop"},
     "step1": {"schedule": "step"},
     "step16": {"schedule": "step", "steps_per_pass": 16},
-    # Passes write states into two buffers in turn, and finished rays are masked. With an odd mask
-    # interval, a test fails if a ray is masked before both buffers hold its last state.
+    # Passes write states alternately into two buffers, and finished rays are masked. With an odd
+    # mask interval, a test fails if a ray is masked before both buffers hold its final state.
     "step1-mask3": {"schedule": "step", "mask_interval": 3},
     "kernels": {"schedule": "kernels"},
     "kernels-mask2": {"schedule": "kernels", "mask_interval": 2},

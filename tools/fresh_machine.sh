@@ -2,16 +2,16 @@
 # Tests the program on a fresh Debian as a new user would: tools/fresh_machine.sh [--short] SUITE
 #
 #   SUITE     bookworm, trixie, forky or another suite of the machine's Debian mirror
-#   --short   run the set-up, one bench, two figures about cards, and a part of the tests; without
-#             it, run `make figures`, `make test` and the bench
+#   --short   run the set-up, one bench, two figures about graphics cards, and a part of the tests;
+#             without --short, run `make figures`, `make test` and the bench
 #
 # Creates a root file system with debootstrap in a temporary folder, clones the committed state of
 # this checkout into it, runs the commands there, and prints versions, results and times. The
 # fresh machine uses the Debian mirror, the proxies, the certificates and pip's configuration of
 # this machine. Exit status: 0 for success; 1 if a command failed in the fresh machine; 77 with a
 # line SKIPPED if no fresh machine can be made. FRESH_MINUTES limits the time (15 with --short,
-# else 90). A copy of the new root file system, before any command has run there, is kept in
-# ${XDG_CACHE_HOME:-~/.cache}/gpgpu_rt-fresh, and is used again for a week.
+# else 90). The script copies the new root file system before the first command runs there, keeps
+# the copy in ${XDG_CACHE_HOME:-~/.cache}/gpgpu_rt-fresh, and uses it again for a week.
 set -euo pipefail
 
 SHORT=

@@ -1,6 +1,6 @@
 """Builds the documentation site from the pages of the project: `make docs`.
 
-Sphinx makes the site from copies of the pages with the generated parts of docs/reference. A
+Sphinx makes the site from copies of the pages, including the generated parts of docs/reference. A
 warning of Sphinx, such as a link without a target, is an error.
 """
 from __future__ import annotations

@@ -5,7 +5,7 @@
 
 A case is a small set of files of one kind, with random changes that depend only on its kind and
 seed. Cases run in a worker process with limits on memory and time. A case that takes too long,
-hangs or kills its worker is reported, and a new worker continues if needed.
+hangs or kills its worker is reported. A new worker replaces a lost worker.
 """
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ echo "Installing the package and its dependencies in $venv; this takes one to th
 # Print errors only (-qq): a warning of setuptools about the folders in package_dir is harmless.
 "$venv/bin/python" -m pip install -qq --upgrade pip
 "$venv/bin/python" -m pip install -qq --editable '.[test,figures,report,docs,lint]'
-# setuptools' finder comes after the current folder. If the current folder holds this checkout under
-# the name gpgpu_rt, Python would import the folder itself. The checkout in sys.path prevents this.
+# Python searches the current folder before it asks setuptools' finder. If this folder holds the
+# checkout as gpgpu_rt, Python would import the checkout itself. Its entry in sys.path prevents this.
 pwd > "$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/gpgpu_rt_checkout.pth"
 echo "Done. Next: . $venv/bin/activate"

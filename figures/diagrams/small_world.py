@@ -29,8 +29,8 @@ class World:
 
     triangles : (n, 3, 3) float32.
     lo, hi : (nodes, 3) float32, the boxes of the tree's nodes.
-    origin, direction : (3,) float32. The size of the direction's largest component lies in
-        [0.5, 1). A tracer scales directions by a power of two to this size, so the tracer keeps
+    origin, direction : (3,) float32. The magnitude of the direction's largest component lies in
+        [0.5, 1). A tracer scales directions by a power of two to this range, so the tracer keeps
         this direction, and the kernels' t equals the caller's t.
     """
 

@@ -1,4 +1,4 @@
-"""Conformance runs: engines trace the families of extreme rays."""
+"""Conformance runs: engines trace the families of extreme rays (conform/families.py)."""
 from __future__ import annotations
 
 import functools

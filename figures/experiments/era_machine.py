@@ -47,7 +47,7 @@ def median_miss(found: Sequence[PredictedRow], assumed: Assumptions = ASSUMED) -
 
 
 def parts(found: Sequence[PredictedRow]) -> dict[str, tuple[int, float]]:
-    """Return, for each of three parts of the rows, the number of scored rows and `median_miss`."""
+    """Return name -> (number of scored rows, `median_miss`), for three selections of the rows."""
     some = {"eye rays of a view that the scene's data set publishes":
             [row for row in found if row.published_view],
             "rays whose view or light is chosen here":

@@ -140,8 +140,8 @@ def by_method(found: Sequence[PredictedRow]) -> list[tuple[Any, ...]]:
 def far_off(found: Sequence[PredictedRow]) -> list[str]:
     """Return a sentence for each scored row that is off by more than FAR, the farthest first.
 
-    The sentence compares two numbers for a run of a kernel: the instructions that the card can
-    issue in the published time, and the instructions that the run takes.
+    The sentence compares two numbers for a run of a kernel: the instructions that the published
+    time of a ray leaves for each run, and the instructions that the run takes.
     """
     far = sorted((row for row in found if row.scored and abs(math.log2(row.ratio())) > FAR),
                  key=lambda row: -abs(math.log2(row.ratio())))

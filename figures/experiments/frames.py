@@ -1,4 +1,4 @@
-"""Frames: measures frame times of moving scenes, with structures refitted or rebuilt."""
+"""Frames: measures frame times of moving scenes whose structures are refitted or rebuilt."""
 from __future__ import annotations
 
 import statistics
@@ -17,8 +17,8 @@ from .frame_times import AHEAD
 SCENES = {"cloth": "a cloth waves", "walker": "an animal walks", "explosion": "a mesh flies apart",
           "robots-moving": "ten robots walk through a city",
           "kitchen-moving": "a toy car drives through a kitchen", "bunny": "nothing moves"}
-# Builds that are fast enough for frames, and their devices. Other builds by passes need seconds a
-# frame on a software renderer.
+# Builds that are fast enough for frames, and their devices. Other builds on the GPU need seconds
+# per frame on a software renderer.
 BUILDS = {"sah": ("cpu",), "lbvh": ("cpu", "gpu"), "hybrid": ("cpu",)}
 REBUILT = ("bih", "kd-short-stack", "kd-stack")    # cannot refit: rebuilt each frame
 BUDGE = "kd-stack"    # Budge et al. 2008: stack traversal while the CPU builds the next tree

@@ -31,8 +31,8 @@ KINDS = (MOVED, DONE, STACKS)
 GROUPS = {1: (1, 1), 2: (1, 2), 4: (2, 2), 8: (2, 4), 16: (4, 4), 32: (4, 8), 48: (6, 8),
           64: (8, 8)}
 WIDTHS = tuple(GROUPS)
-# Side of a traced square of rays, and number of squares across and down the image. Groups of every
-# width, of rays or of packets of 2x2 rays, tile a square exactly.
+# Side of a traced square of rays, and number of squares across and down the image. The GROUPS of
+# every width tile a square exactly, whether they are groups of rays or of packets of 2x2 rays.
 SIDE, SPREAD = 48, 2
 # The known errors of the static costs. Pages that use static costs print this text.
 COMPILED = ("Each kernel was compiled as a separate program. Two errors are known. First, the "
@@ -42,7 +42,7 @@ COMPILED = ("Each kernel was compiled as a separate program. Two errors are know
             "loops. This error makes the predicted times too short.")
 # The variants of the cache: bytes, bytes of a line, and how many rays fetch together.
 STORES, LINES, TOGETHER = (8192, 16384, 131072), (16, 128), (4, 32)
-MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # methods whose misses are counted
+MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # their cache misses are counted
 
 
 def measure(kind: str, scene: rt.Scene, rays: Workload, method: str,

@@ -62,7 +62,7 @@ def leasts(method: str, work: dict[str, Any]) -> dict[str, Least]:
         f"{CARD} and triangle units": on_card(card, work, own, ideal, "tests"),
         f"{CARD} and traversal units": on_card(card, work, own, ideal, "steps"),
         f"{CARD} and both": on_card(card, work, own, ideal, "both")}
-    # SaarCOR's units also test triangles, so `on_prototype` ignores the costs for SaarCOR.
+    # SaarCOR's units also test triangles: `on_prototype` ignores the compiled costs for SaarCOR.
     if method == TREE:
         found |= {name: on_prototype(made[name], work, costs[made["RPU"].compiler])
                   for name in ("RPU", "SaarCOR 2002", "SaarCOR")}

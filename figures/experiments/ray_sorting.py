@@ -103,7 +103,7 @@ def _page(times: list[tuple], alike: list[tuple[str, dict[str, float]]], note: s
 
 
 def _draw_times(axis: Any, times: list[tuple]) -> None:
-    bars: list[tuple[str, float, float, str]] = []     # label, trace, sort, colour
+    bars: list[tuple[str, float, float, str]] = []     # label, ms of trace and sort, colour
     for work, method, sorter, plain, ordered, sort in times:
         if (label := f"{work}, {method}") not in [bar[0] for bar in bars]:
             bars.append((label, plain, 0.0, "#c8c8c8"))

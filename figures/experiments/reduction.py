@@ -1,7 +1,7 @@
 """Reduction: compares stream reduction by blocks and over the whole stream.
 
 Stream reduction removes elements from a stream and closes the gaps. The reduction of a whole
-stream begins with a scan of the flags, which is also measured alone.
+stream begins with a scan of the elements' flags. This scan is also measured alone.
 """
 from __future__ import annotations
 

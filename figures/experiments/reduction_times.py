@@ -61,7 +61,7 @@ def measure(length: int, kept: float, runs: int) -> dict[str, list[float]]:
 def rates(length: int, seconds: dict[str, list[float]]) -> dict[str, Any]:
     """Return the elements per second of "scan", "blocks" and "whole", from median times.
 
-    "over scan" is the rate of "blocks" divided by the rate of "scan"; likewise "over whole".
+    "over scan" and "over whole" are the rate of "blocks" divided by that of "scan" or "whole".
     """
     median = {name: statistics.median(times) for name, times in seconds.items()}
     return {**{name: length / took for name, took in median.items()},

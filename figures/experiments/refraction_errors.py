@@ -28,10 +28,10 @@ def measure(name: str, method: str, options: dict[str, Any], size: int,
     """Compare image-space refraction in time with traced rays, and in direction with float64 rays.
 
     ``seconds`` has the times of alternating runs of the rasterised passes and of the traced eye
-    rays and refracted rays. ``triangles`` is a number. All other entries have a value for each
-    pixel, row by row. ``found`` is the direction of the refracted light according to the passes,
+    rays and refracted rays. ``triangles`` counts the scene's triangles. All other entries have a
+    value per pixel, row by row. ``found`` is the direction of refracted light according to passes,
     and ``truth`` according to float64 rays; ``off`` is the angle between both in degrees. ``kind``
-    and ``right`` say what the pixel shows according to passes and float64 rays (refraction.py).
+    (from passes) and ``right`` (from float64 rays) say what the pixel shows (refraction.py).
     """
     scene = scene_of(name)
     origins, directions = (r.reshape(-1, 3) for r in scene.camera.rays((size, size)))

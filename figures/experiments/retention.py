@@ -105,7 +105,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _published() -> tuple[float, float]:
-    """Return the smallest and largest nanoseconds of an eye or shadow ray on a card, from Figures
+    """Return the shortest and longest time (ns) of an eye or shadow ray on a card, from Figures
     13, 16 and 22."""
     on_cards = {card.name for card in cards()}
     times = [nanoseconds(row) for name in ("fig13", "fig16", "fig22") for row in rows_of(name)

@@ -40,7 +40,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def lanes(one: dict[str, Any], width: int) -> int:
-    """Sum the runs of busy and waiting lanes over the kernels that visit nodes or triangles."""
+    """Sum the lanes, busy or waiting, over all runs of kernels that visit nodes or triangles."""
     return sum(count for kernel, count in one["lanes"][str(width)].items() if kernel not in WITHIN)
 
 

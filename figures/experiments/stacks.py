@@ -152,7 +152,7 @@ class Flight:
 
     @property
     def clocks(self) -> float:
-        """Clocks that a warp takes for its rays if it is alone on the multiprocessor."""
+        """Clocks that a warp takes for its rays if no other warp runs on the multiprocessor."""
         return (CLOCKS * self.work.instructions
                 + machines()[CARD].fetch_latency * self.work.levels)
 
@@ -281,7 +281,7 @@ def _holds(claim: bool) -> str:
 
 
 def _rate(row: list[Any], share: float) -> float:
-    """A table row's Mrays/s if the kernels had only this share of their instructions."""
+    """A table row's Mrays/s if the kernels had only a ``share`` of their instructions."""
     card = machines()[CARD]
     peak = 1e-6 * card.multiprocessors * card.clock * WARP / (CLOCKS * share * row[4])
     needed = WARP + (row[6] - WARP) / share

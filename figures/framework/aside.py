@@ -29,7 +29,7 @@ def worth_workers(parts: int) -> bool:
 
 
 class Aside:
-    """Cells that worker processes measure, each one cell at a time. The caller may ``take`` cells.
+    """Cells that worker processes measure. The caller may also ``take`` cells and measure them.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ FIGURES = {
 
 
 def figure_of(name: str) -> Any:
-    """Return the FIGURE (a `Comparison`) of the figure's module; without FIGURE, the module.
+    """Return FIGURE of the figure's module, a `Comparison`. Without FIGURE, return the module.
 
     Both have ``cells(full)`` and ``draw(data, out, full)``, which writes out/NAME.csv, .md and
     .png.

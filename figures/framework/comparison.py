@@ -21,7 +21,7 @@ from .predicted_times import PaperCard, PredictedRow
 from .published_numbers import nanoseconds, published_row, published_triangles
 from .results import read
 
-LOW = 0.8    # the page explains the order of our times if their tau-b (kendall.py) is lower
+LOW = 0.8    # if the tau-b (kendall.py) of our times is lower, the page explains their order
 ACROSS = 2   # panels of a chart side by side
 TIE = 1.05   # published numbers within this factor count as equal
 TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, because this test was in "
@@ -38,7 +38,7 @@ HOW_PREDICTED = (
 
 @dataclass(frozen=True)
 class Panel:
-    """A scene and a kind of rays, named as in ``published.csv``: a column of the survey's table.
+    """A scene and a kind of rays, named as in ``published.csv``.
     """
 
     scene: str

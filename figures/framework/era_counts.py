@@ -26,12 +26,12 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.traversal.packets import packet_of
 
 WORK, ON = "issues of ", " on "
-# TILE: side of a tile in pixels. Every card's groups (pixels that branch together) tile it
+# TILE: side of a tile in pixels. Each card's groups (pixels that branch together) fill a tile
 # exactly. Neighbours in a tile are neighbours in the image.
 TILE, TILES = 96, 2
 SPARSE = 128     # the image is also sampled at SPARSE x SPARSE pixels, evenly spread
 PASSES, BLOCKS, PACKETS = "passes", "passes, blocks", "packets"
-# Like WHILE_WHILE (a form of a program: hardware/issue.py) on WARPS; each lane loads its own data.
+# The form WHILE_WHILE (hardware/issue.py) on the G80, but each lane loads its own data.
 UNCOALESCED = "while-while, uncoalesced"
 # The form STEP on NV40, but about 256 pixels branch together, as on the 7800 GTX, the next card of
 # the family (AnandTech's G80 article, p. 7). More than four registers slow a program down (GPU
@@ -171,7 +171,7 @@ def _recorded(tracer: rt.Tracer, part: Workload, packets: bool) -> KernelTrace:
 
 
 def _sparse(size: int, side: int) -> np.ndarray:
-    """Return the numbers of SPARSE x SPARSE evenly spread pixels, in squares of ``side`` x
+    """Return the indices of SPARSE x SPARSE evenly spread pixels, in squares of ``side`` x
     ``side``."""
     count = SPARSE // side
     starts = (np.arange(count) * size + size // 2) // count // side * side
@@ -180,9 +180,9 @@ def _sparse(size: int, side: int) -> np.ndarray:
 
 
 def tile_pixels(size: int, tile: int = TILE, tiles: int = TILES) -> np.ndarray:
-    """Return the numbers of the pixels of ``tiles`` x ``tiles`` tiles, as a square array.
+    """Return the indices of the pixels of ``tiles`` x ``tiles`` tiles, as a square array.
 
-    The image is divided into as many equal parts. A tile lies in the middle of each part.
+    The image is divided into ``tiles`` x ``tiles`` equal parts, with a tile in the middle of each.
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ def tile_pixels(size: int, tile: int = TILE, tiles: int = TILES) -> np.ndarray:
 
 def _scaled(issued: KernelIssues, image: KernelTrace, pixels: int,
             host: KernelIssues | None = None) -> KernelIssues:
-    """Return the issues of the tiles, scaled to the whole image kernel by kernel.
+    """Return the issues of the tiles, scaled kernel by kernel to the whole image.
 
     ``host`` gives the image's passes and queries.
     """

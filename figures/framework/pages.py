@@ -57,7 +57,7 @@ def _add_verdict(page: Path, judged: verdicts.Verdict) -> None:
 
 
 def _add_notes(name: str, out: Path) -> None:
-    """Append the survey's contradictions on a figure to the figure's page."""
+    """Append to a figure's page the survey's contradictions that concern the figure."""
     page, notes = out / f"{name}.md", of_page(name)
     if notes and page.exists():
         lines = "\n".join(f"* {says}" for says in notes)

@@ -73,7 +73,7 @@ class PaperCard:
 
 @dataclass(frozen=True)
 class PredictedRow:
-    """A published number, and the counts that predict it.
+    """A published time, and the counts that predict it.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class PredictedRow:
 
     @property
     def scored(self) -> bool:
-        """Whether the prediction counts: the verdict uses it, and the scene is no stand-in."""
+        """Whether the verdict uses this prediction, and the scene is no stand-in."""
         return self.judged and not self.stand_in
 
     @property
@@ -159,7 +159,7 @@ class PredictedRow:
 
     @property
     def issued_instructions(self) -> float:
-        """The mean number of instructions of a run, plus those issued for lanes that wait."""
+        """A run's mean number of instructions, plus the instructions issued for waiting lanes."""
         return self._sum("lanes", issue_slots) / max(self._sum("runs", lambda cost: 1), 1)
 
     @property
@@ -251,7 +251,7 @@ def cells(figure: Comparison, full: bool) -> list[Cell]:
 
 
 def rows(figure: Comparison, data: Path, full: bool) -> list[PredictedRow]:
-    """Return a `PredictedRow` for each published number and form with measured counts."""
+    """Return a `PredictedRow` for each published time and each form with measured counts."""
     found = []
     for panel, column, some in pairs(figure, full):
         results = {kind: result for kind, cell in some.items()

@@ -1,4 +1,4 @@
-"""Provenance: records where a figure's numbers come from, in a JSON file beside the page.
+"""Provenance: records where a figure's numbers come from, in a JSON file beside its page.
 
 ``out/NAME.json`` is written with the page. It holds the figure's table, the verdict, and the file,
 settings, renderer, commit and date of each measurement. A diagram has no measurements; its JSON
@@ -59,7 +59,7 @@ def record(name: str, cells: Iterable[Cell], data: Path, out: Path, full: bool,
 
 
 def held(name: str, out: Path) -> dict[str, Any] | None:
-    """The content of out/NAME.json; None if there is no page or an older version drew the page."""
+    """The content of out/NAME.json; None if the page is missing or drawn by an older version."""
     try:
         found = read_json(out / f"{name}.json")
     except (OSError, ValueError):
@@ -72,7 +72,7 @@ def held(name: str, out: Path) -> dict[str, Any] | None:
 def spent(pages: Iterable[dict[str, Any]]) -> tuple[float, int]:
     """Return the processor seconds that the pages' cells took, and the number of unknown times.
 
-    A cell of several pages counts once. Older versions did not record the time.
+    A cell that several pages use counts once. Older versions did not record the time.
     """
     said = {cell["file"]: cell["processor_seconds"] for page in pages for cell in page["cells"]}
     return (sum(seconds for seconds in said.values() if seconds is not None),

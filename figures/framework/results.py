@@ -23,7 +23,7 @@ def settings(cell: Cell) -> dict[str, Any]:
 
 
 def as_kept(found: dict[str, Any]) -> dict[str, Any]:
-    """Return ``found`` as a JSON file gives it back."""
+    """Return ``found`` after a round trip through JSON."""
     return json.loads(json.dumps(found))
 
 

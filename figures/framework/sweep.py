@@ -52,8 +52,8 @@ def by_scene(cells: list[Cell]) -> list[Cell]:
 def _dealt(cells: list[Cell]) -> list[Cell]:
     """Alternate between the first and the second half of the cells.
 
-    Two adjacent cells run at the same time. Before the change of order, they need the same tree,
-    and each of the two processes would build it.
+    Adjacent cells run at the same time. In the given order, adjacent cells often need the same
+    tree, and two processes would both build this tree.
     """
     half = -(-len(cells) // 2)
     pairs = itertools.zip_longest(cells[:half], cells[half:])

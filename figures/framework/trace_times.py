@@ -24,7 +24,7 @@ PICTURE = "picture"   # the work of a whole picture: eye rays, shading and shado
 def measure(cell: Cell) -> dict[str, Any]:
     """Return times of runs without counters, after warm-ups, and the counters of a last run.
 
-    The last run of PICTURE traces only the eye rays.
+    For PICTURE, the last run traces only the eye rays.
     """
     if cell.method == ON_CPU:
         return _embree(cell)
@@ -47,7 +47,7 @@ def measure(cell: Cell) -> dict[str, Any]:
         driver = tracer.statistics.driver
         # Counters are means over all pixels. A pixel without a ray counts zero. Each pixel of a
         # packet counts the packet's whole work. `share` converts a mean to the work per live ray,
-        # which counts a packet once.
+        # and counts a packet's work once.
         width, height = tracer.options.get("packet", (1, 1))
         share = cell.size ** 2 / (max(rays.live, 1) * width * height)
         counters = {name: share * mean for name, mean in tracer.statistics.counters.items()}

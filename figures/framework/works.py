@@ -79,7 +79,7 @@ def _yardstick(name: str, size: int) -> Yardstick:
 
 
 def _accuracy(cell: Cell, _: str) -> dict[str, Any]:
-    """Errors against the float64 reference, and the time for the same rays."""
+    """Return errors against the float64 reference, and the time for the same rays."""
     row = _yardstick(cell.scene, cell.size).measure(cell.method, dict(cell.options), cell.runs,
                                                     alone)
     return {"rays": row["all"]["rays"], "warm_ups": trace_times.WARM_UPS,
@@ -88,8 +88,8 @@ def _accuracy(cell: Cell, _: str) -> dict[str, Any]:
 
 
 def _era_counts(cell: Cell, name: str) -> dict[str, Any]:
-    """How often a card issues each kernel; the rest of ``cell.work`` names the rays and the chip.
-    """
+    """Count how often a card issues each kernel. ``name``, the rest of ``cell.work``, names the
+    rays and the chip."""
     rays, _, chip = name.partition(era_counts.ON)
     return {"counts": era_counts.measure(load(cell.scene), _rays(cell, rays), cell.method,
                                          dict(cell.options), chip)}
@@ -163,5 +163,5 @@ TRACED = MeasurementKind("", lambda cell, _: trace_times.measure(cell))
 
 
 def work_of(cell: Cell) -> MeasurementKind:
-    """The row of WORKS that a cell's `work` names, or TRACED if `work` names a workload."""
+    """Return the row of WORKS that a cell's `work` names; TRACED if `work` names a workload."""
     return next((work for work in WORKS if cell.work.startswith(work.name)), TRACED)

@@ -1,4 +1,4 @@
-"""Figure 2: the stages of the shader pipeline, with the data of two draws of this program.
+"""Figure 2: the stages of the shader pipeline, with the data of two draws.
 
 A stage's inputs and outputs are read from linked programs, queries and bound textures. The figure
 shows two draws:

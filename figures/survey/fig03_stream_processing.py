@@ -156,7 +156,7 @@ def draw_pass(axis: Any, shown: KernelPass, row: Any) -> None:
     starts = stack_boxes(axis, 71, 61, written(METHOD), shown.targets)
     heading(axis, 62, 26, "textures read at computed\npositions (gather)")
     gathered = tables(METHOD)
-    order = sorted(gathered, key=lambda name: name not in shown.samples)   # read textures on top
+    order = sorted(gathered, key=lambda name: name not in shown.samples)   # sampled textures first
     gathers = stack_boxes(axis, 36, 16, {name: gathered[name] for name in order}, shown.samples)
     stages = (("full-screen triangle", "(issue the kernel)", 61),
               ("rasteriser", "(one fragment per stream element)", 52.5),

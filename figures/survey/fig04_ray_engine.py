@@ -31,7 +31,7 @@ class BatchPass:
 
     Attributes
     ----------
-    name : the values that the pass keeps, a key of TITLES.
+    name : a key of TITLES, which describes the values that the pass keeps.
     program : the files of the pass's shaders.
     samples : textures that the program samples, in any stage.
     targets : textures that the pass draws into.

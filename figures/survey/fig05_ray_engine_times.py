@@ -73,7 +73,7 @@ def card_seconds(result: dict[str, Any]) -> float:
 
 
 def verdict(scene: str, result: dict[str, Any], row: list[Any]) -> str:
-    """Return sentences that say whether transfers bound the Ray Engine on a scene."""
+    """Return sentences that say whether transfers limit the Ray Engine's speed on a scene."""
     split, total = result["statistics"]["split"], result["statistics"]["trace_seconds"]
     bus, card = bus_seconds(result), card_seconds(result)
     says = ("transfers cost more, as the survey says" if bus > card

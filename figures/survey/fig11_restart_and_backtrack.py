@@ -18,7 +18,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(small: World, found: Walk) -> list[list[str]]:
-    """The table, with a row for each visit of a node, and the interval after the visit."""
+    """Return the table: a row for each visit of a node, with the interval after the visit."""
     visits = [step for step in found.steps if step.visited is not None]
     return [[found.method, str(number), step.kernel, small.name(step.visited),
              f"{step.after['t_min']:.3f}", f"{step.after['t_max']:.3f}"]
@@ -26,7 +26,7 @@ def rows(small: World, found: Walk) -> list[list[str]]:
 
 
 def turns(found: Walk) -> dict[int, list[int]]:
-    """Return for each node the numbers of its visits, counted from 1."""
+    """Return node -> positions, from 1, of the node's visits in the walk."""
     numbers = defaultdict(list)
     for turn, node in enumerate(found.visited, 1):
         numbers[node].append(turn)
@@ -34,7 +34,7 @@ def turns(found: Walk) -> dict[int, list[int]]:
 
 
 def intervals(found: Walk) -> list[float]:
-    """The values of t at which the walk left a leaf without a hit."""
+    """Return the values of t at which the walk left a leaf without a hit."""
     return sorted({step.after["t_min"] for step in found.steps} - {found.steps[0].before["t_min"]})
 
 

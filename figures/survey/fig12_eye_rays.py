@@ -8,7 +8,7 @@ from ..framework.output import number
 from ..framework.predicted_times import PaperCard
 from ..framework.published_numbers import published
 
-GRID = {"cornell": 2}   # cells an axis, as published; 50 for other scenes
+GRID = {"cornell": 2}   # cells per axis, as published; 50 for other scenes
 
 
 def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:

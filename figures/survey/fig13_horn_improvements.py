@@ -16,8 +16,8 @@ PLAIN, PACKETS, PUSH_DOWN, SHORT_STACK = LABELS = (
 SETTINGS: tuple[tuple[tuple[str, object], ...], ...] = (
     (("push_down", False), ("stack_size", 0)), (("push_down", True), ("stack_size", 0)),
     (("push_down", True), ("stack_size", 3)))
-# The paper improves kd-restart, which visits empty leaves, so packets in the published rows visit
-# empty leaves too. The row SKIPPING is ours: SHORT_STACK with empty leaves skipped, as by default.
+# The published rows improve kd-restart, which visits empty leaves, so the packets in these rows
+# visit empty leaves too. The row SKIPPING is ours: as SHORT_STACK, but packets skip empty leaves.
 VISITED = (("skip_empty_leaves", False),)
 SKIPPING = "+ empty leaves skipped"
 

@@ -81,5 +81,5 @@ FIGURE = Comparison(
      "far apart as at 1024x1024, so the rays of a packet share fewer nodes.", LEFT_OUT),
     _remarks, full_only=STAND_IN,
     # The paper does not say whether its loop is while-while or runs one step per iteration, so
-    # both forms are predicted. The third form is while-while with uncoalesced loads.
+    # both loops are predicted. The third prediction is for while-while with uncoalesced loads.
     paper_card=PaperCard("G80", 1024, (WHILE_WHILE, STEP, UNCOALESCED)))

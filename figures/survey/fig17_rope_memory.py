@@ -15,7 +15,7 @@ from .fig16_ropes_and_packets import LEFT_OUT, SCENES, STAND_IN
 from .tree_sizes import NODE_BYTES, REFERENCE_BYTES
 
 # Columns of the table: (key in a tree's record, name in the published numbers, divisor of the
-# values, head).
+# values, heading).
 QUANTITIES = (("leaves", "leaves", 1, "leaves"),
               ("empty_leaves", "empty leaves", 1, "empty leaves"),
               ("references_per_leaf", "references per triangle", 1,
@@ -23,7 +23,7 @@ QUANTITIES = (("leaves", "leaves", 1, "leaves"),
               ("bytes", "kd-tree size", 2 ** 20, "MiB"),
               ("bytes_ropes", "kd-tree size with ropes", 2 ** 20, "MiB with ropes"),
               ("overhead", "rope overhead", 1, "overhead"))
-# The depth at which a scene's tree has about as many leaves as in the paper, if not the default.
+# Scene -> the depth limit, if not the default, that gives about as many leaves as in the paper.
 DEPTH = {"conference": 34}
 # The lowest and highest published overhead, and the relative tolerance for ours.
 LOWEST, HIGHEST, SLACK = 3.06, 3.30, 0.1
@@ -151,7 +151,7 @@ def _published_bytes(scene: str) -> tuple[float, float]:
 
 
 def _series(name: str, sizes: list[tuple[float, float]], look: tuple[str, str]) -> Series:
-    """Return lines in MiB from each tree's size without ropes to its size with ropes.
+    """Return a series with a line per tree, in MiB: from its size without ropes to that with them.
 
     ``sizes`` are in bytes; a pair of zeros gets no line.
     """

@@ -37,8 +37,8 @@ def cells(full: bool) -> list[Cell]:
 def visits(found: Hierarchy, ray: Walk) -> list[Visit]:
     """The nodes that the ray visited, read from the ray's states.
 
-    The ray meets an inner node's box if it continues with the next node of the array, and a leaf's
-    box if it tests triangles.
+    An inner node's box counts as met if the ray goes on to the next node of the array. A leaf's
+    box counts as met if the ray tests triangles.
     """
     testing = find_method(METHOD).kernels.index("intersect") + 1
     seen = []

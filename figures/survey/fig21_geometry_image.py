@@ -17,7 +17,7 @@ from gpgpu_rt.scene.surfaces.parametrise import Parametrisation, parametrise
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 
-SIZE, SHOWN = 64, (0, 2, 3, 4)     # SIZE: cells per side; SHOWN: the levels that are drawn
+SIZE, SHOWN = 64, (0, 2, 3, 4)     # SIZE: cells per side of the image; SHOWN: drawn levels
 HEADS = ("level", "nodes", "cells a node", "largest side of a box / of the scene's box, mean")
 
 
@@ -45,7 +45,7 @@ def surface() -> Parametrisation:
 
 @lru_cache(maxsize=1)
 def pyramids() -> tuple[ImageTree, np.ndarray, np.ndarray]:
-    """Return the tree, and its boxes' lower and upper corners, (nodes, 3) each, from textures."""
+    """Return the tree, and its boxes' corners lo and hi, (nodes, 3) each, read from textures."""
     with rt.Tracer(image().scene(), "geometry-image") as tracer, tracer.gpu:
         tree = tracer.accelerator.structure
         lo, hi = (read_texture(tracer.session.tables[name][f"{name}_table"]).reshape(-1, 4)

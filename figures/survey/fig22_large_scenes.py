@@ -13,7 +13,7 @@ from ..framework.predicted_times import PaperCard
 WORK = {"primary": EYE, "primary+shadow": "picture", "primary+secondary": "picture"}
 BVH, ROPES = "bvh-packet", "kd-ropes-packet"
 FAST = "bvh-packet, interval test"
-HUGE = ("sodahall", "powerplant")   # at full size only: building takes minutes
+HUGE = ("sodahall", "powerplant")   # measured at full size only, because builds take minutes
 
 
 def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:

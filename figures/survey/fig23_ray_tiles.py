@@ -24,7 +24,7 @@ WORDS = {"tile_spans": "middle of a tile's rays", "tile_cones": "enclosing cone 
 def passes() -> tuple[list[Issued], list[tuple[int, int]]]:
     """Return the passes of one image of eye rays, and two counts for each batch of triangles.
 
-    The first counts all pairs of a triangle and a tile, the second the pairs whose triangle
+    The first counts all pairs of a triangle and a tile. The second counts the pairs whose triangle
     meets the tile's cone.
     """
     scene = rt.load_scene(SCENE)

@@ -34,9 +34,9 @@ def rows() -> list[list[Any]]:
 def counted(scene: rt.Scene, side: int) -> list[list[Any]]:
     """The table of pairs for side x side eye rays, with a row for each level.
 
-    A row has the level, the number of nodes of the level below, the pairs, and the pairs after the
-    reduction. The last entry divides the pairs after the reduction by the number of all pairs of a
-    triangle and a node of the level below.
+    A row has the level, the number n of nodes of the level below, and the number of pairs before
+    and after the reduction. The last entry divides the number of pairs after the reduction by
+    n times the number of triangles.
     """
     sizes, _ = level_sizes((side, side))
     nodes = [width * height for width, height in sizes]

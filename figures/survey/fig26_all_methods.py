@@ -129,7 +129,7 @@ def agreement(found: list[MethodSpeed], one: str, other: str) -> tuple[float, fl
 
 
 def claims(found: list[MethodSpeed], column: str) -> list[str]:
-    """Return sentences that compare a column with the survey's conclusions from its figure."""
+    """Return sentences that compare a column with the survey's conclusions from Figure 26."""
     lines = []
     for says, chosen in (("packets compared with single rays", lambda row: row.entry.row.packet),
                          ("methods with a stack compared with methods without",

@@ -27,7 +27,7 @@ KERNEL, FETCHES, TARGETS = ("brute-force", "intersect"), 2, 1
 
 
 def measure(scene: rt.Scene, rays: Workload, options: Mapping[str, Any]) -> dict[str, float]:
-    """Return the pairs of a ray and a triangle, the draws, and the bytes on the bus.
+    """Return the numbers of ray-triangle pairs, of draws, and of bytes on the bus.
 
     The depth test keeps the nearest hit, as in the paper, so each pair is drawn once. With MIN
     blending, the default, each pair is drawn twice.
@@ -46,7 +46,7 @@ def predicted_seconds(card: Card, work: Mapping[str, float]) -> tuple[float, str
     method, kernel = KERNEL
     pairs = round(work["pairs"])
     issued = KernelIssues((kernel,), (pairs,), (pairs,), passes=(round(work["draws"]),))
-    # A draw's quads cover only rays that test the quads' triangles: early depth rejects no pixel.
+    # A draw's quads cover only rays that test their triangles, so early depth rejects no pixel.
     cost = replace(static_cost(card.chip.lower(), method, kernel), fetches=FETCHES,
                    targets=TARGETS)
     time = time_of_passes(card, issued, {kernel: cost}, {kernel: FETCHES}, pixels=0)

@@ -1,7 +1,7 @@
 """Surveyed: maps the methods of the survey's Table 1 and Figure 26 to rows of our method table.
 
-The survey gives at most one number per paper, without naming the method; the paper's final method
-stands for the paper. The other rows of our method table are measured too.
+The survey prints at most one speed per paper, and does not name the method. Here the paper's final
+method stands for the paper. The other rows of our method table are measured too.
 """
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from . import ray_engine_work
 SCENE = "tenk"            # 10,000 triangles, as in Table 1
 BASE = "Carr et al. 2002"    # the Ray Engine: all speeds are relative to it
 CHIP = "G80"              # the chip of the GeForce 8800 GTX, to which the survey scales all rates
-# Pixels per side of the predictions' image. The rays are about as dense as in most papers.
+# Pixels per side of the image for predictions. Its rays are about as dense as in most papers.
 PREDICTED_SIZE = 1024
 Options = tuple[tuple[str, Any], ...]
 
@@ -67,11 +67,11 @@ class SurveyedMethod:
 
     @property
     def form(self) -> str | None:
-        """The form of the predicted card's programs; None without an era form (docs/era.md)."""
+        """The form of the programs on the card CHIP; None without an era form (docs/era.md)."""
         return next(iter(forms_of(self.method, CHIP, (WHILE_WHILE,))), None)
 
     def counted(self) -> Cell | None:
-        """Return the cell that counts the card's work for the predicted column's rays.
+        """Return the cell that counts CHIP's work on the rays of the predicted column.
 
         None for a method without a prediction.
         """

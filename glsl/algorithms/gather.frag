@@ -1,6 +1,6 @@
 #version 330 core
-// Gather: element i of `source` is an index. Copies the element of this index to element i of the target.
-// Works for any record.
+// Gather: element i of the target becomes a copy of the input's element at index `source`[i]. Works for any
+// record.
 
 #include <records>
 #include "core/stream.glsl"

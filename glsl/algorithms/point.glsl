@@ -2,7 +2,7 @@
 
 uniform int target_rows;
 
-// Draw at texel `slot`; -1 draws nothing.
+// Draw a point at texel `slot`; -1 draws nothing.
 void place_point(int slot) {
     vec2 texel = vec2(table_texel(slot)) + 0.5;
     vec2 clip = 2.0 * texel / vec2(1 << TABLE_WIDTH_LOG2, target_rows) - 1.0;

@@ -3,8 +3,8 @@
 // fragment's position among these texels is the rank of its element in the block. A binary search in the
 // block's ranks finds the element.
 //
-// Departure: Roger et al. interpolate the position along the line. The fragment's own coordinates give the
-// position without rounding.
+// Departure: Roger et al. interpolate the position along the line. Here gl_FragCoord gives the position
+// without rounding.
 
 #include <records>
 #include "core/fetch.glsl"
@@ -20,7 +20,7 @@ void main() {
     int place = (texel.y << TABLE_WIDTH_LOG2) + texel.x - block_start;
     float rank = float(place);
     // `place` kept elements of the block precede this element. They fill at least place / 4 texels, because
-    // a texel holds at most four elements. The same is true after this element. Search the texels between.
+    // a texel holds at most four elements. Later elements fill texels likewise. Search the texels between.
     int lo = BLOCK * block + place / 4;
     int hi = min(BLOCK * (block + 1), texels) - 1 - (block_total - 1 - place) / 4;
     while (lo < hi) {

@@ -1,7 +1,7 @@
 // The slab test of a ray against a box. Boxes are slightly widened (slack.glsl).
 
-// `larger` and `smaller` take two instructions; no argument may be NaN. llvmpipe's max and min also check
-// for NaN and take three instructions.
+// `larger` and `smaller` need two instructions; no argument may be NaN. llvmpipe's max and min also check
+// for NaN and need three instructions.
 float larger(float a, float b) {
     PRECISE float found = a > b ? a : b;
     return found;

@@ -14,7 +14,7 @@
 //                     the normal. The number c is the cosine of the angle between ray and normal. The
 //                     number k is the product of the lengths of the two shorter edges, divided by the
 //                     length of their cross product.
-//   5 u M             The slab's t: errors of M, a difference, the inverse direction and a product.
+//   5 u M             A slab's t: the errors of M, a difference, the inverse direction and a product.
 //
 // The sum, 11 u M + (14 + 16 k) u M / c, is below BOX_SLACK M if (14 + 16 k) / c is below 53. In a plane
 // perpendicular to an axis the normal has one component, so k and c count as 1. Oblique needles have a

@@ -69,7 +69,7 @@ float plane_distance(Ray ray, vec3 normal, vec3 point, vec3 depths) {
     return t > nearest ? min(t, largest(depths)) : nearest;   // nearest, if t is not a number
 }
 
-// Test triangle i. Its corners are relative to the origin. They and its normal have permuted axes.
+// Test triangle i. The corners are relative to the origin. Corners and normal have permuted axes.
 void test_corners(Ray ray, int i, vec3 v0, vec3 v1, vec3 v2, vec3 normal, bvec2 apex, inout Hit hit) {
     vec3 a = sheared(ray, v0);
     vec3 b = sheared(ray, v1);

@@ -1,4 +1,4 @@
-// Every ray of a packet tests every triangle of a leaf.
+// No culling: every ray tests every triangle of a leaf.
 
 void bound_frustum() {
 }

@@ -9,7 +9,7 @@
 //
 // The file <method> defines four functions:
 //   `start_packet` sets up all rays.
-//   `begin_turn` begins the turn that `rays_wait` (drivers/packet_turns.glsl, which defines turns) chose.
+//   `begin_turn` begins the turn that `rays_wait` chose; drivers/packet_turns.glsl defines turns.
 //   `step_packet` continues the walk. It returns false when the rays of the turn have finished.
 //   `is_settled(r)` is false if the step limit stopped ray r.
 // Loops test their condition at the bottom, for the reason given in drivers/traverse.frag.

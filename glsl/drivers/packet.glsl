@@ -4,8 +4,8 @@
 const ivec2 PACKET_SIZE = ivec2(PACKET_WIDTH, PACKET_HEIGHT);
 const int RAYS = PACKET_WIDTH * PACKET_HEIGHT;
 
-// A hit as four numbers. The highest bit of the triangle's number marks a ray of a packet that the step
-// limit stopped.
+// A hit as four numbers. The highest bit of the triangle's number is set if the step limit stopped the
+// ray's search.
 
 const uint UNSETTLED = 0x80000000u;
 

@@ -7,8 +7,8 @@ int step_limit = max(most_steps, 0);   // read once, for the reason given in cor
 // EACH(f) calls f(0), f(1), ...: constant indices keep the arrays in registers.
 Ray rays[RAYS];
 Hit hits[RAYS];
-int rows[RAYS];   // rows of the hit triangles in the triangle table, or NO_TRIANGLE; the compiler removes
-                  // `rows` if no render target holds them (drivers/targets_rows.glsl)
+int rows[RAYS];   // each ray's hit, as a row of the triangle table, or NO_TRIANGLE; the compiler removes
+                  // the array if no render target holds it (drivers/targets_rows.glsl)
 int steps = 0;
 int tested;       // the row that EACH(test_ray) tests
 

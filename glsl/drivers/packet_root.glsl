@@ -1,4 +1,4 @@
-// Begins every packet's walk at the root: replaces packet_entry.glsl for packets without entries.
+// Begins every packet's walk at the root. Replaces packet_entry.glsl in programs without entry points.
 
 int first_node(int root) {
     return root;

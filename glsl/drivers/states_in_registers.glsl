@@ -1,4 +1,4 @@
-// The state stays in registers. Discards unfinished rays, so that an occlusion query counts the finished
+// Keeps the ray's state in registers. Discards unfinished rays, so that an occlusion query counts finished
 // rays.
 
 void end_pass(State state) {

@@ -1,6 +1,6 @@
-// Layout of hits in render targets: each channel of a target holds, for one ray, the row of its hit
-// triangle in the triangle table. Packets with more rays than render targets need this layout. A reader
-// tests the triangle again, and gets the same hit to the bit.
+// Layout of hits in render targets: each channel of a target holds one ray's hit triangle, as a row of the
+// triangle table. Packets with more rays than render targets need this layout. A later program tests the
+// triangle again, and gets the same hit to the bit.
 
 #define TARGET uvec4
 #define TARGET_SAMPLER usampler2D

@@ -1,7 +1,7 @@
 #version 330 core
 // Counts, for each tile and each kernel, the rays of the tile that wait for the kernel. The host then omits
 // tiles without waiting rays: a software renderer lacks the hierarchical depth buffer with which the cards
-// of 2002-2006 culled masked tiles.
+// of 2002-2006 skipped such tiles.
 
 #include <streams>
 

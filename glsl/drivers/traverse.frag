@@ -36,7 +36,7 @@ uniform int step_cap;
 #define RUNS(kernel) true
 #endif
 
-// A step ends with rounding to the textures' format, so all schedules give the same hits.
+// Round the state after each step as a texture would, so that all schedules give the same hits.
 #define STEP(kernel) \
     kernel(ray, state, hit); \
     ++state.steps; \

@@ -1,6 +1,6 @@
 // The watertight test of a triangle for the rays of a turn (drivers/packet_turns.glsl), which have the same
-// dominant axis. The triangle's normal and the permuted corners are computed once for all rays, as are the
-// corners relative to the origin if all rays of the image share it. The operations are those of
+// dominant axis. The triangle's normal and permuted corners are computed once for all rays. So are the
+// corners relative to the origin, if all rays of the image share an origin. The operations are those of
 // `test_triangle`, so the hits have the same bits. A method defines PRESENT(r), which says whether ray r
 // belongs to the turn.
 

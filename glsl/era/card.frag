@@ -1,9 +1,9 @@
 #version 120
-// The dialect of the cards of 2002-2006, GLSL 1.20. An index is a float, and a fragment reads its own
+// The dialect of the cards of 2002-2006, GLSL 1.20. An index is a float, and a fragment reads its ray's
 // texels at interpolated texture coordinates. renderer.frag defines the same names for the present
 // renderer.
 
-varying vec2 here;     // texture coordinates of the fragment in every stream
+varying vec2 here;     // texture coordinates of the fragment's ray in every stream
 
 #define texel_of(texels) texture2D(texels, here)
 #define texel_at(texels, place) texture2D(texels, place)

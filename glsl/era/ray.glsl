@@ -1,5 +1,5 @@
 // A ray of the era form (docs/era.md). This file replaces core/ray.glsl. The inverse of a zero component is
-// infinite, as on the cards. With IN_LOOP, kernels read the inverse, because a loop computes it only once.
+// infinite, as on the cards. With IN_LOOP, kernels read the inverse, which a loop computes only once.
 
 uniform vec3 scene_lo;
 uniform vec3 scene_hi;

@@ -4,9 +4,9 @@
 // this layer's light times the cosine.
 //
 // Departures: a layer's depth is the depth of its triangle's plane at the point itself, not at the pixel's
-// centre. So the slope of the surface requires no lift. The point is lifted by only a fraction of a pixel,
-// because a curved surface bends away from the plane of a neighbouring triangle. One peeling serves points
-// that look along the bundle and points that look against it. The chapter's peeling serves one direction.
+// centre. So the slope of the surface requires no lift (offset along the normal). A lift of a fraction of a
+// pixel remains, because a curved surface bends away from the plane of a neighbouring triangle. One peeling
+// serves points that look along or against the bundle. The chapter's peeling serves one direction.
 
 #include <constants>
 #include "core/fetch.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
 // Look up the caustic map like a shadow map (Shah, Konttinen and Pattanaik 2007; see caustic_splat.vert). A
-// point that the light sees receives the flux of its texel in the light's image, divided by the area that
-// the texel covers on the surface.
+// point that the light sees has a texel in the light's image. The point's irradiance is the flux of this
+// texel, divided by the area that the texel covers on the surface.
 
 #include "stages/cover.glsl"
 

@@ -1,9 +1,9 @@
 // Light sampling of the surroundings. If the surroundings are an image, brighter directions are sampled
 // more often, and multiple importance sampling gives the weights, as for points on emitting triangles. A
-// sky varies little in brightness, so light sampling draws a direction from the surface's own distribution,
-// like the path's next direction. The two directions then get equal weights, except for the probability
-// that light sampling chooses the surroundings (`far_chance`). Include after scatter.glsl,
-// surroundings.glsl, luminance.glsl and both_ways.glsl.
+// sky varies little in brightness, so light sampling draws its direction from the same distribution as the
+// path draws the next direction. The two directions then get equal weights, except for the probability that
+// light sampling chooses the surroundings (`far_chance`). Include after scatter.glsl, surroundings.glsl,
+// luminance.glsl and both_ways.glsl.
 
 uniform int far_light;      // the surroundings' number among the lights
 uniform float far_chance;   // the probability that light sampling chooses the surroundings

@@ -4,9 +4,9 @@
 
 uniform sampler2D surroundings_sums;    // cumulative probabilities of the cells of each row
 
-// The ratio of a direction's probability density (per steradian) to the luminance of its radiance, at the
-// latitude whose cosine is the mean cosine of the row of cells. The density includes the probability that
-// light sampling chooses the image.
+// A direction's probability density (per steradian) is image_density * luminance * (mean cosine of the
+// latitudes in the row of cells) / (cosine of the direction's latitude). The density includes the
+// probability that light sampling chooses the image.
 uniform float image_density;
 
 struct FarLight {

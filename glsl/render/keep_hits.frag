@@ -1,5 +1,5 @@
 #version 330 core
-// Copy the hits. The shadow rays of the first light overwrite the hits, and the further lights need them.
+// Copy the hits. The shadow rays of the first light overwrite the hits, but the further lights need them.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -3,7 +3,7 @@
 // divided by the number of samples. Without GATHERED there is one sample per pixel, at most one shadow ray
 // per hit, and no bounce. A pixel then gets the light that needs no shadow ray: ambient light and emission,
 // or the surroundings if the eye ray hit nothing. The direct light is added if the shadow ray hit nothing.
-// If the host applies an exposure or a tone map, it sets `linear`: the picture is linear and not clipped.
+// The host sets `linear` if it applies an exposure or a tone map. The picture is then linear, not clipped.
 
 #include <streams>
 #include "core/hit.glsl"

@@ -1,4 +1,4 @@
-// Computes the start of a ray that leaves a hit. To keep the ray from hitting its own triangle, its start
+// Computes the start of a ray that leaves a hit. To keep the ray from hitting its own triangle, the start
 // lies off the triangle by the error of the hit point plus the error of the triangle test. `spawn` in
 // gpgpu_rt/reference/spawn.py computes the same start. The triangle table must be in the scene's order.
 //
@@ -7,8 +7,8 @@
 // (from 1 - u), plus one unit times b0. Each term passes through a product and up to two sums, another sum
 // adds the offset, and the texture may round by twice its own unit. For each axis
 //     (8 units + 2 STORAGE_UNIT) sum |b_i v_i| + 1 unit of |v0|
-// bounds the error, as gamma(7) sum |b_i v_i| does in pbrt, where b0 is not a difference. Along the normal
-// n the error is at most the sum of these bounds over the axes, weighted by |n|.
+// bounds the error. In pbrt, where b0 is not a difference, the bound is gamma(7) sum |b_i v_i|. Along the
+// normal n the error is at most the sum of these bounds over the axes, weighted by |n|.
 //
 // The error of the triangle test. Let l be the distance from p to the farthest vertex. The sign of t is the
 // sign of the dot product of a corner and the normal. This product has five roundings: of the subtraction
@@ -18,8 +18,8 @@
 // Eight units are not enough for a long thin triangle that is oblique to the axes. The rounding of the
 // normal adds 4 l k units, where k is the product of the lengths of the two shorter edges, divided by twice
 // the triangle's area (gpgpu_rt/numerics/error_bounds.py, step 7). Instead of adding this error, the code
-// runs the test, and doubles the offset while the ray hits its own triangle. Then it bisects between the
-// largest offset that failed and the offset that succeeded, until the two differ by at most an eighth.
+// runs the test, and doubles the offset while the ray hits its own triangle. Then the code bisects between
+// the largest offset that failed and the offset that succeeded, until the two differ by at most an eighth.
 
 #ifndef STORAGE_UNIT
 #define STORAGE_UNIT 0.0

@@ -7,14 +7,14 @@
 // errors make the margin:
 //   `eta` bounds the error of a projected corner, both here and in the test. It covers the rounding of the
 //   corner's position relative to the eye, of the ray's direction, and of the shear.
-//   `beyond` bounds, for each edge, the distance at which a ray may pass outside the edge and still be
-//   accepted, because the edge function is rounded. The bound is 2^-23 times the square of the longest
-//   edge, divided by the length of this edge. The test also rejects rays outside the triangle's bounding
-//   box, so the bound is at most a few lengths of this edge.
-// A triangle is `cut` if a corner is less than `nearest` deep. Such a corner has no place in the image or
-// an inexact one, so the edges of a cut triangle become planes through the eye. The test
-// multiplies the coordinates of two corners. The rounding of these products is the planes' error. It grows
-// with the product of the two corners' distances from the eye.
+//   `beyond` bounds, for each edge, how far outside the edge a ray may pass and still be accepted,
+//   because the edge function is rounded. For an edge of length l, the bound is 2^-23 times the square
+//   of the longest edge, divided by l. The test also rejects rays outside the triangle's bounding box,
+//   so the bound is at most a few times l.
+// A triangle is `cut` if a corner is less than `nearest` deep. Such a corner has no position in the image,
+// or an inexact one, so the edges of a cut triangle become planes through the eye. The test multiplies the
+// coordinates of two corners. The rounding of these products is the planes' error, which grows with the
+// product of the two corners' distances from the eye.
 //
 // The depth of a hit is the depth of the triangle's plane, clamped to the range of the corners' depths, so
 // the hit's depth is never less than `depth`. The depth of the plane is 1 / (slope . ray). `slope_off`
@@ -46,7 +46,7 @@ struct Cover {
     float margin;
     float depth;      // along forward; so is `misjudged`
     float misjudged;
-    vec3 slope;       // 1 / depth = slope . (x, y, 1), with an error of at most slope_off
+    vec3 slope;       // 1 / depth = slope . (x, y, 1), x and y in [-1, 1]; error at most slope_off
     float slope_off;
     float reach;      // the distance of the farthest corner from the eye, world units
 };

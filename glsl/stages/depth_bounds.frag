@@ -1,6 +1,6 @@
 #version 330 core
 // Rasterised bounds (survey, section 5: "if we know the bound of intersection points using rasterization,
-// we can use this bound to reduce the number of ray traversal steps"); the method is the project's own.
+// we can use this bound to reduce the number of ray traversal steps"). The method is the project's own.
 // Triangles are drawn over a coarse image. MIN blending keeps three depths for each tile: the least depth
 // of any triangle, the greatest depth (negated), and the closing depth. No ray of the tile goes beyond the
 // closing depth, because a single triangle in front of this depth covers the whole tile.
@@ -14,8 +14,8 @@ flat in vec3 corner_a;
 flat in vec3 corner_b;
 flat in vec3 corner_c;
 
-// Return three numbers for the plane through one edge and the eye: the least and the greatest height of the
-// tile's four corner directions over the plane, and a bound on the error of these heights.
+// For the plane through one edge and the eye, return the least and the greatest height of the tile's four
+// corner directions over the plane, and a bound on the error of these heights.
 vec3 edge_heights(vec3 a, vec3 b, float sign, float size, vec3 d[4], float longest) {
     vec3 edge = b - a;
     vec3 normal = sign * cross(a, edge);

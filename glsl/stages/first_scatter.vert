@@ -1,5 +1,5 @@
 #version 330 core
-// Sends the result of a traced eye ray to the ray's pixel, as one point for each ray.
+// Sends the result of each traced eye ray, as one point, to the ray's pixel (number `place`).
 
 in int place;
 

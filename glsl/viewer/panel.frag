@@ -1,5 +1,5 @@
 #version 330 core
-// Shade the panels, graphs and the picture in the viewer's window.
+// Shade the panels, the graphs and the picture in the viewer's window.
 
 in vec2 at;
 in vec4 colour;

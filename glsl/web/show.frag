@@ -1,5 +1,5 @@
 #version 330 core
-// Shows the hits in the browser: the surfaces lit from the eye, or the steps of each ray. Among
+// Shows the hits in the browser: the surfaces lit from the eye, or the steps of each ray. With
 // surfaces, an unfinished ray has the colour of the kernel that it waits for: the kernel of its phase.
 
 uniform sampler2D hits;         // t, u, v, triangle

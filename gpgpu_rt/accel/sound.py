@@ -31,7 +31,7 @@ def alike(arrays: Mapping[str, np.ndarray], kind: str, *shape: int) -> bool:
 
 
 def named(structure: Any, names: str) -> dict[str, np.ndarray]:
-    """Return name -> attribute of ``structure``, for ``names`` separated by spaces."""
+    """Return attributes of ``structure`` by name; ``names`` are separated by spaces."""
     return {name: getattr(structure, name) for name in names.split()}
 
 

@@ -85,7 +85,7 @@ def accuracy_knobs(method: str) -> list[list[dict[str, Any]]]:
     """Return, for each knob that changes the hits, the changes to try.
 
     Precision, storage and rounding are a single knob, because only a format below fp32 has a
-    choice of rounding. Arithmetic is no knob: without smaller storage it saves nothing.
+    choice of rounding. Arithmetic is no knob: lower arithmetic alone saves nothing.
     """
     table = option_table(method)
     ways: list[dict[str, Any]] = [{}]

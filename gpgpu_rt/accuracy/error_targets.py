@@ -1,5 +1,5 @@
-"""Error targets: the bounds that a tuned tracer must keep, and by how much a candidate exceeds
-them."""
+"""Error targets: bounds that a tuned tracer must keep, and by how much a candidate (a method with
+options) exceeds them."""
 from __future__ import annotations
 
 import math
@@ -109,8 +109,8 @@ class Finding:
 
     def misses(self, promise: Promise, texture_bytes: int) -> dict[str, float]:
         """Return, for each bound that is not kept, the value divided by the bound."""
-        # With too few rays, the upper confidence bound of the error is infinite. Report the lower
-        # confidence bound if it exceeds the promised bound, too.
+        # With too few rays, the upper confidence bound of the error is infinite. Then report the
+        # lower confidence bound, if this bound also exceeds the promised bound.
         t_error = self.t_error
         if math.isinf(t_error) and self.t_lower > promise.max_t_error:
             t_error = self.t_lower

@@ -140,7 +140,7 @@ def upper_confidence(wrong: int, rays: int, confidence: float = 0.95) -> float:
 
     If the true share p equals this bound, the probability of ``wrong`` or fewer wrong rays is
     exactly 1 - confidence (Clopper and Pearson's one-sided bound, Biometrika 26, 1934). If none of
-    n rays is wrong, the bound is about 3/n. Without rays it is 1.
+    n rays is wrong, the bound is about 3/n. Without rays, the bound is 1.
     """
     if wrong >= rays:
         return 1.0

@@ -26,7 +26,7 @@ WITHIN_BOUND = "within bound"
 FLIGHT = 1 << 18          # largest number of rays per call, as in a 512 x 512 picture
 UNIT_ROUNDOFF = 2.0 ** -24
 # The numbers of rays in a ring that `KnownRays._through_the_surface` traces around a ray that may
-# have leaked. A small ring may overlook a gap of the surface between two of its rays, and then
+# have leaked. A small ring may overlook a gap in the surface between two ring rays, and then
 # reports a false leak. So larger rings test the suspected rays again, if at most FEW rays are
 # suspected. Among more suspected rays, a few false leaks do not matter.
 RINGS = (8, 32, 256)

@@ -64,8 +64,8 @@ class Yardstick:
 
         Parameters
         ----------
-        timing : returns a context manager, in which each kind of rays is traced once untimed and
-            then ``runs`` times timed
+        timing : returns a context manager. In it, each kind of rays is traced once without timing
+            and then ``runs`` times with timing
 
         Returns
         -------

@@ -14,10 +14,10 @@ search has four stages:
 
 By default the search runs twice: for coherent rays, timed on eye rays, and for incoherent rays,
 timed on random rays. A tracer picks one of the two results according to its rays. The search runs
-once if the promise bounds the bytes, or lacks eye rays or random rays (`Promise.split`). Two
+once if the promise (the user's bounds) limits the bytes, or lacks eye rays or random rays. Two
 assumptions let the search skip most combinations. First, a candidate that is slower at default
-accuracy is slower at any accuracy. Second, if a value of an option exceeds the error bounds while
-all other accuracy options have their defaults, every combination with this value exceeds them.
+accuracy is slower at any accuracy. Second, if a value of an option exceeds the bounds while all
+other accuracy options have their defaults, every combination with this value exceeds the bounds.
 """
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
     rays : Number of rays for the proof, and of new rays for the confirmation. The number is raised
         if it is too small for the proof.
     seed : Seed of all rays.
-    budget : Seconds for all searches together, half of them for speed options. After this time the
-        tuner tries no new candidate and proves the fastest known candidates.
+    budget : Seconds for all searches together, half of them for speed options. When all are spent,
+        the tuner tries no new candidate and proves the fastest known candidates.
     names : Methods to try; None for all methods.
     report : Function that is called with each line about progress.
     """
@@ -117,8 +117,8 @@ class _Searcher:
         self.rays = self._enough(rays)
 
     def _enough(self, rays: int | None) -> int:
-        """Return the larger of ``rays`` and the number of rays that the proof needs. The factor
-        0.9 allows for wrong hits, whose t is not compared.
+        """Return the larger of ``rays`` and the number of rays that the proof needs. The proof
+        compares t only at right hits; the factor 0.9 leaves a margin for wrong hits.
         """
         hit_share = float(self._rays(SCREEN).truth.hit.mean())
         needed = self.promise.rays_needed(0.9 * hit_share)
@@ -204,7 +204,7 @@ class _Searcher:
         """Return the combinations of accuracy options that may keep the bounds.
 
         A combination is dropped if its errors on some thousand rays already exceed the bounds, or
-        if one of its values alone exceeds them.
+        if one of its values alone does so.
         """
         combinations: list[dict[str, Any]] = [{}] if self._screen(config) else []
         survivors = []
@@ -278,7 +278,7 @@ class _Searcher:
         """Return trials of the candidates that can run, timed in alternation, fastest first."""
         known, done = self._rays(size, kinds=self.timed_kinds), []
         ready: list[tuple[Trial, Tracer, list[float]]]
-        for at in range(0, len(candidates), WAVE):      # bounds the memory of their textures
+        for at in range(0, len(candidates), WAVE):      # WAVE at a time, to bound the memory
             ready = []
             for candidate in candidates[at:at + WAVE]:
                 trial = self._trial(candidate)

@@ -77,7 +77,7 @@ class Search:
     rays : number of rays that prove a candidate's bounds
     seed : seed of all rays
     notes : remarks on the search
-    trials : all trials, the fastest on ``SCREEN`` rays first
+    trials : all trials, the fastest on SCREEN rays (tune.py) first
     chosen : the chosen trial; None if no candidate keeps the bounds
     choice : the chosen trial, in the form in which it is saved
     """

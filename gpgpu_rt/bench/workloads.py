@@ -1,4 +1,4 @@
-"""Workloads: makes the rays that measurements trace, once for all measurements.
+"""Workloads: makes and caches the rays that measurements trace.
 
 Bounced rays are made from the hits of the rays before the bounce.
 """
@@ -82,7 +82,7 @@ class Workload:
                         None if self.t_max is None else self.t_max[live], self.any_hit)
 
     def part(self, pixels: np.ndarray) -> Workload:
-        """Return the rays of the image's part with the indices ``pixels``, (h, w) int."""
+        """Return the rays of the pixels with the indices ``pixels``, (h, w) int."""
         chosen = pixels.reshape(-1)
         return Workload(self.origins[chosen], self.directions[chosen], self.size,
                         None if self.t_max is None else self.t_max[chosen], self.any_hit,

@@ -137,7 +137,7 @@ def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
         named = [(name, options_for(chosen, name)) for name in chosen.methods]
         for name, options in named:
             find_method(name).resolved(options)
-            options.pop("statistics", None)     # `race` counts apart from the timed rounds
+            options.pop("statistics", None)     # `race` counts in an untimed trace
         return named
     given, quick = given_options(chosen), [row for row in methods() if _is_quick(row)]
     found = taking(given, quick)

@@ -30,7 +30,7 @@ def card_costs(method: str, card: str, options: dict[str, Any], only: str | None
         for an unknown kernel or card, or a method without an era form (kernels that the cards of
         2002-2006 could run; docs/era.md)
     """
-    compiled_costs(card)    # an error for an unknown card names the known cards
+    compiled_costs(card)    # raises an error that names the known cards
     looped = method in packet_methods()
     names = [only] if only else [
         one.kernel for one in era_programs(method, in_loop=looped, **options)]

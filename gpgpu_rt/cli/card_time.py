@@ -15,7 +15,7 @@ CardTime = tuple[dict[str, Any], list[str]]
 @contextmanager
 def watched_for_card(tracer: Tracer) -> Iterator[Callable[[], CardTime]]:
     """Yield a function to call after the block. The function predicts the time of the block's
-    traversal on the card of the option ``era``, as a dict for JSON and as lines.
+    traversal on the card of the option ``era``. It returns a dict for JSON, and lines of text.
 
     The dict has ``card``, ``seconds`` and ``parts`` (seconds by name), or only ``no_prediction``
     (the reason).

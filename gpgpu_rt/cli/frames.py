@@ -136,7 +136,7 @@ def kept_frames(chosen: argparse.Namespace, animation: Animation,
 def _summary(spent: list[dict[str, Any]], ahead: bool) -> str:
     """Return a line with the median times of the frames after the first.
 
-    With ``ahead``, a build's time is its frame's waiting time plus the time to write the tables.
+    With ``ahead``, a build's time is the wait for the build, plus the time to write the tables.
     """
     if not spent:
         return "no times: no frame after the first was rendered"

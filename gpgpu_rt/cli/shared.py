@@ -76,7 +76,7 @@ def add_method(sub: argparse.ArgumentParser, text: str, required: bool = False) 
 def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> None:
     """Declare ``-m`` for several methods; ``chosen.methods`` is their list.
 
-    ``default`` describes the default for the help. If it is given, ``-m`` is optional, and
+    ``default`` describes the default for the help. With ``default``, ``-m`` is optional, and
     ``chosen.methods`` is None without ``-m``.
     """
     sub.add_argument("-m", "--method", "--methods", required=default is None, action=Collect,
@@ -86,7 +86,7 @@ def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> Non
 
 
 def word_of(name: str) -> str:
-    """Return the option as the command line writes it."""
+    """Return an option's name as the command line writes it."""
     return "--" + name.replace("_", "-")
 
 
@@ -150,7 +150,7 @@ def _read(kinds: Sequence[Option], text: str) -> Any:
 
 
 def options_for(chosen: argparse.Namespace, method: str) -> dict[str, Any]:
-    """Return name -> value of the options that the user gave.
+    """Return name -> value of the options that the user gave for the method.
 
     Raises
     ------

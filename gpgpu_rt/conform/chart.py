@@ -1,4 +1,4 @@
-"""Chart: draws each engine's share of wrong rays in each family. Needs matplotlib."""
+"""Chart: draws each engine's share of wrong rays in each family of cases. Needs matplotlib."""
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -10,11 +10,11 @@ from .suite import Row
 
 __all__ = ["FORMATS", "draw"]
 
-LEAST = 1e-4    # smaller shares have the same colour
+LEAST = 1e-4    # smaller shares get this share's colour
 
 
 def draw(rows: Sequence[Row], path: str) -> None:
-    """Write a chart to the file ``path``: families down, engines across."""
+    """Write a chart to the file ``path``: a row per family, a column per engine."""
     engines = list(dict.fromkeys(row.engine for row in rows))
     families = list(dict.fromkeys(row.family for row in rows))
     shares = np.full((len(families), len(engines)), np.nan)

@@ -37,7 +37,7 @@ class Runner:
         self._errors: Any = None    # file for the engine's stderr
 
     def load(self, spec: Spec) -> None:
-        """Load the engine without a case.
+        """Load the engine, but trace no case.
 
         Raises
         ------

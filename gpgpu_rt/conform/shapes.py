@@ -48,7 +48,7 @@ def tube(sections: int, height: float) -> np.ndarray:
     """Return a closed tube of radius 1 along z, (4 sections, 3, 3) float64. The triangles of its
     wall are as long as the tube; two fans close the tube. ``sections`` is a multiple of 4.
 
-    The points (1 - s^2, 2 s) / (1 + s^2) form a quarter of the circle.
+    For s from 0 to 1, (1 - s^2, 2 s) / (1 + s^2) is a quarter of the circle.
     """
     s = np.arange(sections // 4) / (sections // 4)
     x, y = (1 - s * s) / (1 + s * s), 2 * s / (1 + s * s)
@@ -74,7 +74,7 @@ def soup(count: int, seed: int, size: float = 0.2) -> np.ndarray:
 
 
 def lattice(cells: int) -> np.ndarray:
-    """Return the walls of each cell with three even indices, in a lattice over the unit box.
+    """Divide the unit box into cells^3 cells. Return the walls of cells with three even indices.
 
     The result is (12 (cells / 2)^3, 3, 3) float32 for even ``cells``.
 

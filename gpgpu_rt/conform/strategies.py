@@ -21,7 +21,7 @@ SLOW = ("long-way", "coincident", "coplanar", "one-centroid")
 
 
 def families(names: Sequence[str] = ()) -> st.SearchStrategy[str]:
-    """Return a strategy of the given names, or of all families but the slow ones."""
+    """Return a strategy that draws one of ``names``, by default any but the slow families."""
     return st.sampled_from(family_names(names) if names
                            else [name for name in FAMILIES if name not in SLOW])
 

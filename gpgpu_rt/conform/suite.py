@@ -1,4 +1,4 @@
-"""Suite: lets engines answer the rays of every family, and counts wrong answers by kind."""
+"""Suite: lets engines trace every family of cases, and counts wrong answers by kind."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -34,7 +34,7 @@ class Row:
     family : The family's name.
     rays : Number of traced rays; 0 if the engine does not accept their t_min and t_max, gave no
         answer in an earlier family, or cannot be loaded.
-    undecidable : Number of rays with a right answer, for which a hit and a miss are both right.
+    undecidable : Number of rightly answered rays for which a hit and a miss are both right.
     wrong : Number of wrong rays by kind (KINDS). After a crash, all ``rays`` count.
     seconds : Time of the engine's call in seconds, with the construction of its structure.
     note : Why the engine crashed or traced no ray; else "".
@@ -106,7 +106,7 @@ def family_names(words: Sequence[str] = ()) -> list[str]:
 
 
 def installed() -> tuple[list[Spec], dict[str, str]]:
-    """Return the installed engines, and missing engine -> why it is not run."""
+    """Return the installed engines; and, for each missing engine, why it is not run."""
     missing = {name: engine.missing for name, engine in ENGINES.items() if engine.missing}
     return [Spec(ENGINE, name) for name in ENGINES if name not in missing], missing
 

@@ -1,7 +1,7 @@
 """Budget: a limit on the memory that a small file may require.
 
 A header of a few bytes can declare gigabytes, so readers check the declared size before they
-allocate memory. The budget is $GPGPU_RT_BUDGET in MiB, 1024 by default.
+allocate memory. The environment variable GPGPU_RT_BUDGET gives the budget in MiB.
 """
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def angle_texts(vertex: str, fragment: str) -> tuple[str, str]:
     Raises
     ------
     ShaderError
-        as `es_text`
+        as `es_text` does
     """
     end = _FRAGMENT_END if _LAST_OUTPUT not in fragment else _UNCOUNTED_END
     return (_with_end(vertex, _VERTEX_END),

@@ -14,9 +14,9 @@ RENAMED = {**{f"gl{name}": f"gl{name}OES" for name in INDEXED},
            "glGetTexImage": "glGetTexImageANGLE", "glPolygonMode": "glPolygonModeANGLE",
            "glProvokingVertex": "glProvokingVertexANGLE"}
 # ES has no names for PROGRAM_POINT_SIZE, TEXTURE_CUBE_MAP_SEAMLESS, PRIMITIVE_RESTART and
-# MULTISAMPLE. ES lacks PRIMITIVE_RESTART, and always does what the others enable.
+# MULTISAMPLE. ES lacks PRIMITIVE_RESTART, and always does what the other three enable.
 NO_CAPABILITIES = (0x8642, 0x884F, 0x8F9D, 0x809D)
-# The name of the range of point sizes in OpenGL, and its name in ES.
+# The names of the range of point sizes, in OpenGL and in ES.
 GL_POINT_SIZE_RANGE, GL_ALIASED_POINT_SIZE_RANGE = 0x0B12, 0x846D
 # ES never clamps floats that are read from a float framebuffer.
 WITHOUT_EFFECT = ("glClampColor",)
@@ -35,7 +35,7 @@ class DesktopFunctions:
 
     Parameters
     ----------
-    address_of : returns the address of the ES function by name, or 0; needs the current context
+    address_of : returns the address of the ES function by name, or 0; needs a current context
     """
 
     def __init__(self, address_of: Callable[[str], int]) -> None:
@@ -72,7 +72,7 @@ class DesktopFunctions:
                       INT)
 
     def address(self, name: str) -> int:
-        """Return the address of an OpenGL 3.3 function; 0 if moderngl can do without it."""
+        """Return the address of an OpenGL 3.3 function; 0 if it is absent and not needed."""
         if name not in self._kept:
             found = self._address_of(RENAMED.get(name, name))
             if found or name in MAY_BE_MISSING:

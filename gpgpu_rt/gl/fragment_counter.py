@@ -5,7 +5,7 @@ adds 1 to its texel of an extra render target (`angle_text.py` adds this output)
 and `discard` apply to this target, so the sum of its texels is OpenGL 3.3's count.
 
 A draw into 8 render targets leaves no target for the count. For such a draw, all pixels of the
-viewport are counted, because programs of 8 targets are full-screen passes that discard nothing.
+viewport are counted, because programs with 8 targets are full-screen passes that discard nothing.
 """
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class FragmentCounter:
         self._disable = function("glDisablei", UINT, UINT)
         self._blend_equation = function("glBlendEquationi", UINT, UINT)
         self._blend_function = function("glBlendFunci", UINT, UINT, UINT)
-        self._open: dict[int, int] = {}       # target -> running query
+        self._open: dict[int, int] = {}       # query target -> running query
         self._results: dict[int, int] = {}    # query -> result
         self._texture, self._size = UINT(0), (0, 0)
         self._is_clear = False
@@ -132,7 +132,7 @@ class FragmentCounter:
         self._blend_equation(COUNTING_TARGET, GL_FUNC_ADD)
         self._blend_function(COUNTING_TARGET, GL_ONE, GL_ONE)
         draw()
-        if not is_blended:      # a program may use this target itself
+        if not is_blended:      # else a program itself blends into this target
             self._disable(GL_BLEND, COUNTING_TARGET)
         self._attach_to_counting_target(0)
         self._draw_buffers(TARGETS, present)

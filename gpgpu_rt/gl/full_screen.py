@@ -72,7 +72,7 @@ class FullScreenPass(FragmentPass):
         textures : sampler name -> texture; unsampled textures are ignored
         depth : window depth in [0, 1], written and tested
         rectangles : the rectangles to draw; None draws the whole target
-        unit : side of a texel in units of the corners
+        unit : side of a texel, in the coordinates of the corners
         """
         size = target.size
         if rectangles is None:

@@ -1,4 +1,4 @@
-"""Kept fences: works around a use of freed memory in Mesa's llvmpipe.
+"""Kept fences: works around a use-after-free fault in Mesa's llvmpipe.
 
 In llvmpipe, the passes into a framebuffer form a scene, and every scene has a fence. Each drawing
 thread locks the fence, counts itself, wakes the waiting threads and unlocks the fence. The thread

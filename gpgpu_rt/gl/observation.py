@@ -39,7 +39,7 @@ class ObservedPass:
     target : The Target that was drawn into, or the framebuffer if it has no Target.
     outputs : The textures that were drawn into.
     program : The linked program.
-    draws : Number of draw calls, above 1 if one call has too many vertices for the renderer.
+    draws : Number of draw calls, above 1 if the renderer cannot draw all vertices in one call.
     """
 
     number: int
@@ -87,12 +87,12 @@ class Observer:
         """Receive the number of bytes of an upload or a readback."""
 
     def queried(self) -> None:
-        """Note that the host made an occlusion query."""
+        """Receive the start of an occlusion query of the host."""
 
 
 class Observers:
     """The observers of a context. The object is false without observers, and while an observer
-    receives a pass: the observer's own draws are not observed."""
+    receives a pass, so that the observer's own draws are not observed."""
 
     def __init__(self) -> None:
         self.all: list[Observer] = []
@@ -121,7 +121,7 @@ class Observers:
             count = _Count(query, within, free)
         else:
             draws = render()
-        one.gpu.fences.keep()       # now: an observer that reads a texture ends the batch of draws
+        one.gpu.fences.keep()       # keep the fence before a read by an observer flushes the draws
         seen = ObservedPass(
             0, one.name, one.vertex, one.kernel, one.label or one.name, one.texts,
             dict(one.uniforms), dict(inputs), target, tuple(framebuffer.color_attachments or ()),
@@ -160,8 +160,8 @@ class Observers:
 
 
 class HostQuery:
-    """An occlusion query of the host while passes are observed. Its result is also the fragment
-    count of its last pass, because OpenGL cannot nest occlusion queries."""
+    """An occlusion query of the host while passes are observed. The result is also the fragment
+    count of the query's last pass, because OpenGL cannot nest occlusion queries."""
 
     def __init__(self, observers: Observers, query: OcclusionQuery) -> None:
         self._observers, self._query = observers, query
@@ -182,7 +182,7 @@ class HostQuery:
 
 
 class _Count:
-    """The result of a query, read at the first request. The query is then free."""
+    """The result of a query, read at the first request. The query is then free for reuse."""
 
     def __init__(self, query: moderngl.Query, within: bool, free: list[moderngl.Query]) -> None:
         self._query: moderngl.Query | None = query

@@ -9,12 +9,12 @@ from .kept_fences import KeptFences
 class OcclusionQuery:
     """An occlusion query for one use: draw in a ``with`` block, then read ``samples``.
 
-    Queries of OpenGL are reused, because moderngl cannot delete them and millions of passes would
-    fill the memory.
+    OpenGL's query objects are reused, because moderngl cannot delete them, and millions of passes
+    would fill the memory.
 
     Parameters
     ----------
-    free : the context's unused OpenGL queries; a query returns there when its result is read
+    free : the context's unused OpenGL queries; reading the result returns the query to this list
     """
 
     def __init__(self, context: moderngl.Context, free: list[moderngl.Query],
@@ -24,7 +24,7 @@ class OcclusionQuery:
         self._free, self._fences, self._samples = free, fences, 0
 
     def __enter__(self) -> OcclusionQuery:
-        assert self._query is not None      # only for one use
+        assert self._query is not None      # an object can be used only once
         self._query.__enter__()
         self._fences.keep()
         return self

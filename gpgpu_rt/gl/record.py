@@ -5,7 +5,7 @@ stream. A declaration lists fields texel by texel: ``"v0:vec3 index:int | v1:vec
 Types are float (the default), vec2, vec3, vec4, int, ivec3 and ivec4. Integers are stored as
 floats, exact from -2^24 to 2^24.
 
-Other fields are geometric: the option ``storage`` sets their format, unless the record has
+All other fields are geometric: the option ``storage`` sets their format, unless the record has
 ``full_precision``. Under fp16, geometric fields have their own texels, in half float textures.
 """
 from __future__ import annotations
@@ -88,7 +88,7 @@ class Record:
     storage : Format of the geometric fields. Set by ``stored``.
     half_texels : Number of texels, from the first on, in half float textures. Set by ``stored``.
     uniform_texels : Texels that are the same for all of a stream's records. Programs read these
-        from uniforms. Texel 0 of ``rays`` sets the define RAYS_TEXEL_0_UNIFORM.
+        from uniforms. If texel 0 of ``rays`` is uniform, the define RAYS_TEXEL_0_UNIFORM is set.
     define : GLSL define that distinguishes a stream's record from records of the same name with
         other fields.
     constants : Special values of integer fields, as (name, value); GLSL gets them as defines.
@@ -308,7 +308,7 @@ class Record:
 
 
 def sampler_glsl(sampler: str, name: str) -> str:
-    """Return GLSL that TABLE_FETCH(name, i) needs: the texture, and the height of a row."""
+    """Return GLSL that TABLE_FETCH(name, i) needs: the texture, and 1 / the texture's height."""
     return (f"uniform {sampler} {name}_table;\n"
             f"float {name}_table_row = 1.0 / float(textureSize({name}_table, 0).y);")
 

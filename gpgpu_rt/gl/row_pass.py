@@ -31,7 +31,7 @@ class RowPass(FragmentPass):
 
     def draw(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
              rows: np.ndarray, uniforms: Mapping[str, object]) -> None:
-        """Draw (n,) or (n, k) integers ``rows``. Uniforms that the program lacks are ignored."""
+        """Draw the items ``rows``, (n,) or (n, k) int. Ignore uniforms that the program lacks."""
         if not len(rows):
             return
         data = np.repeat(rows.astype(np.int32), self.vertices, axis=0)

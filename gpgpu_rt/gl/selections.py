@@ -2,13 +2,13 @@
 
 ANGLE translates `a ? b : c`, `a && b` and `a || b` into a branch, unless b and c are plain names
 or constants. Each branch in a loop doubles the time and memory that SwiftShader needs for the
-loop: the search for back edges (`Spirv::Function::ExistsPath`) queues a block for each path to the
-block. Within `picked_value(a, b, c)`, arguments are plain names, so a call makes no branch.
+loop: the search for back edges (`Spirv::Function::ExistsPath`) queues each block once for every
+path to it. Within `picked_value(a, b, c)`, arguments are plain names, so a call makes no branch.
 
-A selection (such an expression) is rewritten only if both values can always be computed: they
-assign nothing, and call no function with an effect or a loop. The index of an array element must
-be a function's parameter: to such a parameter, programs pass only the number of a ray or an axis,
-and this number lies inside the array.
+A selection (one of these expressions) is rewritten only if both values may be computed: they
+assign nothing, call no function with an effect or a loop, and read no array outside its bounds.
+So they may index an array only by a function's parameter: to an index parameter, programs pass
+only the number of a ray or an axis, which lies inside the array.
 """
 from __future__ import annotations
 

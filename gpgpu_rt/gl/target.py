@@ -62,7 +62,7 @@ class Target:
         return next(iter(self.records.values()))
 
     def part(self, record: Record) -> Target:
-        """Return a new target for a record, which borrows its textures from ``self``."""
+        """Return a new target for one record, with textures borrowed from ``self``."""
         return Target(self.gpu, record, self.size,
                       borrowed={record.name: self.streams[record.name]})
 

@@ -28,7 +28,7 @@ def make_texture(gpu: Gpu, size: tuple[int, int], components: int, what: str,
     size : (width, height)
     data : (height, width, components), or None for a texture to draw into
     what : name of the texture in an error message
-    dtype : f4, f2 for half floats, or u4 for integers
+    dtype : f4 for floats, f2 for half floats, or u4 for integers
 
     Raises
     ------
@@ -51,7 +51,7 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
                    arrays: Mapping[str, np.ndarray | Column], precision: Precision | None = None,
                    into: Mapping[str, moderngl.Texture] | None = None
                    ) -> dict[str, moderngl.Texture]:
-    """Return the textures of a table of records. A row has TABLE_WIDTH texels.
+    """Return the textures of a table of records. A texture row has TABLE_WIDTH texels.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def table_textures(gpu: Gpu, record: Record | PackedRecord,
 
     Returns
     -------
-    sampler name -> texture, a texture per plane of the record
+    sampler name -> texture, for each plane (record.py) of the record
 
     Raises
     ------
@@ -229,5 +229,5 @@ def release(*parts: Any) -> None:
 
 
 def stream_samplers(name: str, textures: list[moderngl.Texture]) -> dict[str, moderngl.Texture]:
-    """Return sampler name -> texture of a stream that GLSL calls ``name``."""
+    """Return the textures, by sampler name, of a stream that GLSL calls ``name``."""
     return {f"{name}_texel_{k}": texture for k, texture in enumerate(textures)}

@@ -36,7 +36,7 @@ class KernelIssues:
     kernels : Names.
     runs : Runs that rays need, summed over rays.
     lanes : Lanes that the issues occupy, idle lanes included. A lane is a pixel of a group.
-    iterations : Iterations of the outer loop, summed over lanes; 0 for passes.
+    iterations : Iterations of the outer loop, summed over lanes; 0 without a loop.
     passes : Number of passes that the host draws; empty for a loop.
     queries : Number of the host's occlusion queries; 0 for a loop.
     """
@@ -116,7 +116,7 @@ def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
             groups, place, kernel, waits = groups[live], place[live], kernel[live], waits[live]
         if not len(groups):
             return issues, iterations
-        # Choose each group's next inner loop: in program order, the first that a ray waits for.
+        # Choose each group's next kernel: the first from ``kernel`` on that a ray waits for.
         any_waits = np.stack([(waits == k).any(axis=1) for k in range(1, count + 1)])
         ahead = (kernel - 1 + np.arange(count)[:, None]) % count
         chosen = any_waits[ahead, np.arange(len(groups))].argmax(axis=0)

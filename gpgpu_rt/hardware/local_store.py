@@ -1,7 +1,7 @@
 """Local store: simulates a software cache, as Benthin et al. (2006) used it on the Cell.
 
-The cache is direct-mapped. Groups of rays are simulated one after another, each with its reads in
-order. A line that several rays of a group fetch together is transferred once.
+The cache is direct-mapped. Groups of rays are simulated one after another. The reads of a group
+keep their order. A line that several rays of a group fetch together is transferred once.
 """
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def transfers(lines: np.ndarray, places: int) -> int:
     lines : (fetches,) int64, the fetched lines in order
     places : number of lines that the cache holds
     """
-    # Offset the tables. In memory, tables begin at different cache lines.
+    # Offset the tables, because in memory they begin at different cache lines.
     place = (lines + (lines // TABLE) * 7919) % places
     order = np.argsort(place, kind="stable")
     line, where = lines[order], place[order]

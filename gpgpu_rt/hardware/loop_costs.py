@@ -9,7 +9,7 @@ from .machine_model import issue_slots, stream_fetches
 from .static_costs import era_programs, packet_methods, static_cost
 
 PACKET_RAYS = 4     # rays of a packet in the era form (traversal/era_packets.py)
-ON_CHIP = ("push", "pop")     # kernels that access a stack; a loop keeps it in on-chip memory
+ON_CHIP = ("push", "pop")     # kernels of the stack, which a loop keeps in on-chip memory
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def loop_costs(card: str, method: str, **options: Any) -> dict[str, LoopCost]:
         cost = static_cost(card, method, program.kernel, in_loop=True, **options)
         fetches = 0 if program.kernel in ON_CHIP else (
             cost.fetches - stream_fetches(method, program.kernel))
-        # A pass's first level fetches ray, state and hit; a loop does not.
+        # The first level of a pass fetches ray, state and hit. A loop has no such level.
         found[program.kernel] = LoopCost(cost.arithmetic, fetches,
                                          cost.levels - 1 if fetches else 0)
     return found

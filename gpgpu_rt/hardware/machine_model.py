@@ -52,7 +52,7 @@ class Assumptions:
     texel_bytes: float = 16.0
 
     def varied(self) -> dict[str, tuple[Assumptions, Assumptions]]:
-        """Return name -> the assumptions with the number of this name halved, and doubled."""
+        """Return name -> two sets of assumptions: with this number halved, and doubled."""
         return {one.name: (replace(self, **{one.name: getattr(self, one.name) / 2}),
                            replace(self, **{one.name: getattr(self, one.name) * 2}))
                 for one in fields(self)}
@@ -68,7 +68,7 @@ class CardTime:
     Attributes
     ----------
     parts : name of SHARES -> seconds. A kernel's time counts as the part that bounds it; the time
-        of its idle lanes counts as "waiting lanes"
+        of idle lanes counts as "waiting lanes"
     """
 
     parts: Mapping[str, float]
@@ -88,20 +88,20 @@ def stream_fetches(method: str, kernel: str, any_hit: bool = False, in_loop: boo
                    **options: Any) -> int:
     """Return how many fetches of a kernel read the ray, its state and its hit.
 
-    In NV40's listing, the coordinates of these fetches are an input of the fragment. No card's
-    compiler removes one of these fetches, so the number holds for all cards. A loop keeps ray,
-    state and hit in registers, so `time_of_loop` subtracts the number from a kernel's fetches.
+    NV40's listing shows these fetches: their coordinates are an input of the fragment. No card's
+    compiler removes such a fetch, so the number holds for all cards. A loop keeps ray, state and
+    hit in registers, so `time_of_loop` subtracts the number from a kernel's fetches.
     """
     cost = static_cost(_LISTED, method, kernel, any_hit, in_loop, **options)
     return len(_OWN_FETCH.findall(cost.listing))
 
 
 def issue_slots(cost: StaticCost) -> int:
-    """Return the issue slots of a kernel's arithmetic: on NV40 a pipe's clocks (`nv40_pairing`),
-    on other cards the instructions."""
+    """Return the number of issue slots of a kernel's arithmetic: a pipe's clocks on NV40
+    (`nv40_pairing`), the instructions on other cards."""
     if cost.card != _LISTED or not cost.listing:
         return cost.arithmetic
-    # The driver adds copies that the listing lacks. Each copy is issued alone.
+    # The driver adds copy instructions that the listing lacks. Each of them is issued alone.
     copies = cost.arithmetic - len(arithmetic_of(cost.listing))
     return clocks(cost.listing) + max(copies, 0)
 
@@ -141,8 +141,8 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
     streams : `stream_fetches` of each kernel, which a loop does not make
     pixels : number of pixels of the image, all covered by the pass
     sharing : number of lanes that share one load of a table's texel
-    uncoalesced : whether each run loads texels from memory by itself, without the texture units
-        and their cache
+    uncoalesced : whether each run of a kernel loads its texels from memory, without the texture
+        units and their cache
     setup : instruction slots per pixel before and after the loop (`loop_costs.setup_slots`)
     """
     branch = 0.0 if card.branch_unit else assumed.branch_instructions
@@ -154,7 +154,7 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
         cost = costs[kernel]
         fetches, moved = (cost.fetches - streams[kernel]) / sharing, 0.0
         if uncoalesced:
-            # `_kernel_time` multiplies by all lanes, but waiting lanes load nothing.
+            # `_kernel_time` counts `moved` in every lane, but waiting lanes load nothing.
             fetches, moved = 0.0, fetches * UNCOALESCED_BYTES * runs / max(lanes, 1)
         total += _kernel_time(card, issue_slots(cost) + branch, fetches, moved, runs, lanes)
     return total

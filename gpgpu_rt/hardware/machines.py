@@ -40,7 +40,7 @@ def machines() -> dict[str, Machine]:
 @dataclass(frozen=True)
 class Least:
     """The least time per ray, in seconds, on each resource at its peak rate. ``steps`` and
-    ``tests`` are units' times. The resources work in parallel; ``waiting`` adds to the slowest."""
+    ``tests`` are the units' times. Resources work in parallel; ``waiting`` adds to the slowest."""
 
     shader: float = 0.0
     steps: float = 0.0
@@ -61,8 +61,8 @@ class Least:
 
 
 def by_unit(kernel: str, taken: str) -> bool:
-    """Return whether units execute a kernel. ``taken`` names the units' kernels: "steps" (kernels
-    that traverse), "tests" (kernels that test triangles), "both", or "" for none."""
+    """Return whether units execute a kernel. ``taken`` names the kernels of the units: "steps"
+    (kernels that traverse), "tests" (kernels that test triangles), "both", or "" for none."""
     return taken in ("tests" if kernel in TESTS else "steps", "both")
 
 
@@ -94,7 +94,7 @@ def on_card(card: Card, work: Mapping[str, Any], costs: Mapping[str, LoopCost],
         of rays in a group, then a kernel, to the lanes that groups occupied. ``transfers`` maps a
         cache to its misses. The key "8192 16 4" means a cache of 8192 bytes with lines of 16
         bytes, for 4 rays that fetch together.
-    costs : Each kernel's cost by the card's compiler.
+    costs : Each kernel's cost, from the card's compiler.
     units : The units; None for a card without units.
     taken : The kernels that the units execute, as for `by_unit`.
     width : Number of fragments that branch together; None for the card's own number.

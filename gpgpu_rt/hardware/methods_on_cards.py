@@ -20,7 +20,7 @@ from ..traversal.era_packets import LOOP
 from .cards import Card, Needs, Refusal
 from .static_costs import COMPILERS, PACKETS, era_programs, packet_methods, static_cost
 
-# Not judged: this project's addition, which only saves time by finding tiles without live rays.
+# Not judged: this project added the program only to save time. It finds tiles without live rays.
 LEFT_OUT = {"drivers/tile_counts.frag"}
 # Under `loop`, these programs have a loop whose length depends on the rays.
 LOOPS = {"drivers/traverse.frag", "drivers/packet.frag"}

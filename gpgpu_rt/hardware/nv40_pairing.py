@@ -3,10 +3,10 @@
 A pipe has two units. In a clock, the first unit multiplies, computes a special function or fetches
 a texel, and the second unit multiplies and adds, or compares. Each unit can split its four
 components between two independent operations, as 3 + 1 or 2 + 2 (E. Kilgariff and R. Fernando, GPU
-Gems 2, chapter 30; tweakers.net 2004-08-21 on 3DCenter's article). Mesa's driver pairs nothing.
-`clocks` schedules the operations of the driver's listing as early as their operands allow. The
-machine model adds the clocks of fetches. No source says that the second unit can use a result of
-the first unit in the same clock, so `clocks` does not assume it.
+Gems 2, chapter 30; tweakers.net 2004-08-21 on 3DCenter's article). Mesa's driver pairs no
+operations. `clocks` schedules the operations of the driver's listing as early as their operands
+allow. The machine model adds the clocks of fetches. No source says that the second unit can use a
+result of the first unit in the same clock, so `clocks` does not assume this.
 """
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def clocks(listing: str) -> int:
     """Return the number of clocks in which a pipe issues a listing's arithmetic."""
     ready: dict[str, int] = {}     # component -> first clock that may read it
     last_read: dict[str, int] = {}     # component -> last clock that reads it
-    used: dict[tuple[int, int], list[int]] = {}     # clock and unit -> widths
+    used: dict[tuple[int, int], list[int]] = {}     # (clock, unit) -> widths of operations
     end = 0
     for one in operations(listing):
         start = max([ready.get(name, 0) for name in one.reads | one.writes]

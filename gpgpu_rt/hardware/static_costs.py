@@ -1,7 +1,7 @@
 """Static costs: the instructions that Mesa's compilers for old cards generate from kernels.
 
-Mesa's drivers for cards of 2002-2006 can compile without such a card. They compile the era form of
-kernels (traversal/era.py, dialect ``card``). ``tools/static_costs.py`` writes the results into
+Mesa's drivers for cards of 2002-2006 compile the era form of kernels (traversal/era.py, dialect
+``card``), even without such a card. ``tools/static_costs.py`` writes the results into
 ``static_costs/CARD.json``, keyed by the program's digest. All other code reads these files.
 """
 from __future__ import annotations
@@ -24,7 +24,7 @@ COMPILERS = ("r300", "r420", "r580", "nv40", "g80")
 # The depth of a full stack changes a constant of the program, but no instruction. The depth of a
 # short stack is an option of the method.
 DEFINES: Mapping[str, object] = {"STACK_SIZE": 32}
-# Settings to compile beside the defaults: (method, options).
+# Settings to compile in addition to the defaults: (method, options).
 SETTINGS: tuple[tuple[str, Mapping[str, Any]], ...] = (
     ("bvh-threaded", {"octants": True}), ("tree-unit", {"criterion": "box"}))
 # Packet methods to compile, as kernels in a loop: (method, options). Each entry adds an

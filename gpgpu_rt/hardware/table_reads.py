@@ -24,7 +24,7 @@ TABLES = (KD_NODE, BVH_NODE, REFERENCE, TRIANGLE)
 READS: Mapping[str, tuple[Record, ...]] = {
     "down": (KD_NODE,), "traverse": (BVH_NODE,), "intersect": (REFERENCE, TRIANGLE),
     "push": (), "pop": ()}
-TABLE = 1 << 40     # distance between the first places of successive tables
+TABLE = 1 << 40     # distance between the first addresses of two tables
 
 
 def table_reads(trace: KernelTrace, tables: Mapping[str, Mapping[str, Any]],

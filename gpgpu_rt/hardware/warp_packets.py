@@ -2,9 +2,9 @@
 
 Packets of this project have at most 4x4 rays. In Günther et al. 2007 and Popov et al. 2007, each
 warp traced a packet of 32 rays. A packet visits a node if any of its rays needs the node, so the
-large packet visits all nodes that its parts (the small packets) visit. For each node, the largest
-number of visits by any part counts. The result is a lower bound: the large packet may find a hit
-later than one of its parts, and a later hit prunes less.
+large packet visits all nodes that its parts (the small packets) visit. For each node, only the
+largest number of visits by one part is counted. The result is a lower bound: the large packet may
+find a hit later than one of its parts, and a later hit prunes less.
 """
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ LANES = WARP[0] * WARP[1]
 
 def growth(trace: KernelTrace, packet: tuple[int, int],
            places: Mapping[str, str]) -> dict[str, float]:
-    """Return each kernel's growth: the lanes of warps' packets, divided by the lanes of their
-    parts.
+    """Return each kernel's growth: the lanes that all visits of the warps' packets occupy, divided
+    by the lanes that the visits of the parts occupy.
 
-    The growth is 1 if the parts of each warp visit the same places. It equals the number of parts
-    if the parts have no place in common.
+    The growth is 1 if the parts of each warp visit the same places, and the number of parts if no
+    two parts share a place.
 
     Parameters
     ----------

@@ -128,7 +128,7 @@ def _listed(folder: Path) -> set[str]:
 
 @contextmanager
 def _room(folder: Path) -> Iterator[None]:
-    """Make the folder if it is missing. If the block fails, remove a new and empty folder."""
+    """Make the folder if it is missing. If the block fails, remove it if it is new and empty."""
     is_new = not folder.exists()
     try:
         folder.mkdir(exist_ok=True)
@@ -181,7 +181,7 @@ class PassPainter:
     Attributes
     ----------
     names : the meaning of each phase
-    lo, hi : the smallest and the largest t of the final hits; the scale of t ends there
+    lo, hi : the smallest and the largest t of the final hits: the ends of the colour scale
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ def meaning(record: Record) -> dict[str, str]:
     -------
     dict
         name in Python -> the text below the declaration, for the record and for each record that
-        such a text names. Empty if no module declares the record
+        one of these texts names. Empty if no module declares the record
     """
     found: dict[str, str] = {}
     texts = _texts()

@@ -1,8 +1,8 @@
 """Time travel: shows the state of every ray after every pass.
 
 Under ``kernels``, a pass writes only rays that wait for its kernel, into one of two buffers.
-The texels of other rays hold older states. A ray's number of steps never decreases. So of a ray's
-states before and after a pass, the state with more steps is newer.
+The texels of other rays hold older states. A ray's number of steps never decreases. So, if a ray's
+states before and after a pass differ, the state with more steps is newer.
 """
 from __future__ import annotations
 

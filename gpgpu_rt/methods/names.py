@@ -1,4 +1,4 @@
-"""Names: the values of the argument `method`. `tools/method_names.py` writes them."""
+"""Names: values of the argument `method`. `tools/method_names.py` writes this file."""
 from typing import Literal
 
 MethodName = Literal[

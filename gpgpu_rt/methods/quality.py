@@ -74,7 +74,7 @@ def _leaf_counts(structure: Structure) -> np.ndarray:
 
 
 def _areas(structure: Structure) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return half the area and the references of each node or cell, and half the box's area."""
+    """Return each node's or cell's half area and number of references, and the box's half area."""
     if isinstance(structure, Grid):
         size = structure.cell_size.astype(np.float64)
         cells = np.diff(structure.cell_start)

@@ -84,7 +84,7 @@ def works() -> dict[str, CitedWork]:
 
 
 def find_work(citation: str) -> CitedWork | None:
-    """Return the work of a citation such as "Horn et al. 2007"; None unless exactly one fits."""
+    """Return the only work that fits a citation such as "Horn et al. 2007", or None."""
     found = [work for _, work in citations(citation)]
     return found[0] if len(found) == 1 else None
 

@@ -56,7 +56,7 @@ class RayBatch:
     count : the number of rays, n
     shape : (h, w) if given by ``shape`` or the arrays, else (n,)
     size : (width, height) of the ray textures
-    start : (4,) float32, the origin and t_min that all rays share; None if they differ, if a ray
+    start : (4,) float32, the origin and t_min that all rays share; None if rays differ, if a ray
         is invalid, if an origin was advanced, or if t_min is negative
     tiles : bounds of the tiles; None if they were not requested, if the textures are too wide, or
         if the rays were sorted
@@ -92,7 +92,7 @@ class RayBatch:
         width = shape[1] if shape is not None else max(1, min(self.count, ROW))
         height = shape[0] if shape is not None else -(-self.count // width)
         self.size = (max(1, width), max(1, height))
-        # An array for each texture: an array that is never written uses no memory.
+        # Allocate an array for each texture: an array that is never written uses no memory.
         planes = [np.empty((self.size[0] * self.size[1], 4), np.float32)
                   for _ in range(RAY_TEXELS.texels)]
         self._planes, self._given, self.sort_seconds = planes, planes, 0.0
@@ -126,7 +126,7 @@ class RayBatch:
         starts = [start for *_, start in laid]
         alike = bool(starts) and all(_same(start, starts[0]) for start in starts)
         self.start = starts[0] if alike else None
-        self._starts = list(zip(blocks, starts))    # None: the block's origins are written
+        self._starts = list(zip(blocks, starts))    # None if the origins are written
         if not alike:
             self._lay_out_starts()
 
@@ -252,7 +252,7 @@ def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarr
             origins, shift = approach(origins, directions, *bounds)
             if shift is not None:
                 t_min, t_max, alike = t_min - shift, t_max - shift, False
-        # Texels without a ray have t_max = -1. A shared t_min below -1 would make them rays.
+        # Texels without a ray have t_max = -1. A shared t_min below -1 would make them valid.
         start = np.float32([*origins[0], t_min[0]]) if (
             alike and _alike(t_min) and t_min[0] >= 0) else None
         into = planes if start is None else [None, *planes[1:]]
@@ -301,7 +301,7 @@ def _normal(t: np.ndarray, exponents: np.ndarray | None, above: float, below: fl
             ) -> np.ndarray:
     """Return the products of the intervals' ends ``t`` and 2^exponents, (n,) float32.
 
-    A renderer may flush denormals: ``above`` replaces positive ones, ``below`` negative ones.
+    A renderer may flush denormals: ``above`` replaces positive, ``below`` negative denormals.
     """
     given = t if t.strides[0] else t[:1]
     scaled = given if exponents is None else np.ldexp(given, exponents)

@@ -28,7 +28,7 @@ def eye_uniforms(camera: Camera, size: tuple[int, int], bounds: Bounds) -> dict[
 def share_eye(rays: RayTextures, uniforms: dict[str, object]) -> None:
     """Set the eye rays' shared start (origin and t_min) from the ``uniforms`` of their pass.
 
-    If the eye is far away, the pass moved the origins, and the rays share no start.
+    If the eye is far away, the pass moves each origin, and the rays share no start.
     """
     rays.share_start(None if uniforms["beyond"]
                      else np.float32([*uniforms["eye"], 0]))  # type: ignore[misc]

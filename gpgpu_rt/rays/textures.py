@@ -145,7 +145,7 @@ class PingPong:
         self._sides: list[Target] = []
 
     def side(self, index: int) -> Target:
-        """Return side 0 or 1. Side 1 is made at its first request."""
+        """Return one of the two targets: side 0 or side 1, which is made at its first request."""
         while len(self._sides) <= index:
             self._sides.append(Target(self.gpu, self.records, self.size, self.depth))
         return self._sides[index]
@@ -176,8 +176,8 @@ class StateBuffers(PingPong):
         """Return a target that has only the hits of side 0.
 
         The states of side 0 are cleared: a cleared state means that the ray's search has ended.
-        Passes write real states before other code (a count of stopped rays, statistics, an
-        observer) reads states.
+        If other code (a count of stopped rays, statistics, an observer) needs the real states,
+        passes write them first.
         """
         if self._hits is None:
             self.side(0).clear()
@@ -185,7 +185,7 @@ class StateBuffers(PingPong):
         return self._hits
 
     def write_states(self) -> None:
-        """Record that passes now write states. The next `hits` clears the states again."""
+        """Prepare for passes that write states. The next call of `hits` clears them again."""
         release(self._hits)
         self._hits = None
 

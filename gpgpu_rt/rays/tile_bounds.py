@@ -63,7 +63,7 @@ class TileBounds:
         if rows < len(values):
             found = np.concatenate([found, op.reduce(values[rows:], axis=0)[None]])
         part = found[:, :columns].reshape(len(found), -1, self.side, *values.shape[2:])
-        while part.shape[2] > 1:    # combine halves, as numpy reduces short axes slowly
+        while part.shape[2] > 1:    # combine halves: numpy reduces short axes slowly
             part = op(part[:, :, :part.shape[2] // 2], part[:, :, part.shape[2] // 2:])
         if columns == values.shape[1]:
             return part[:, :, 0]

@@ -37,8 +37,8 @@ from .tree import ReferenceTree
 FAIR = Arithmetic(2.0 ** -20, 4 * FLOAT32.tiny, FLOAT32.huge)
 # The reach is the largest |vertex - origin|. Each coordinate of a sheared vertex is the difference
 # of two terms that do not exceed the reach. Each term has at most 5 roundings, and the edge
-# functions add 3. So rounding moves a ray sideways by less than 16 * unit * reach, where unit is
-# the unit roundoff. The outer neighbours lie twice as far away.
+# functions add 3. So rounding moves a ray sideways by less than 2 * (5 + 3) * unit * reach, where
+# unit is the unit roundoff. The outer neighbours lie twice as far away.
 RADIUS = 32 * FAIR.unit
 _RINGS = ((RADIUS, 12), (RADIUS / 3, 4))    # ring's radius / reach, neighbours on the ring
 # Do not judge a ray by neighbours that would be turned by this angle (radians) or more.
@@ -157,7 +157,7 @@ def exact_hits(vertices: np.ndarray, origins: np.ndarray, directions: np.ndarray
 def _candidates(vertices: np.ndarray, solid: np.ndarray, origins: np.ndarray,
                 directions: np.ndarray, t_min: np.ndarray, t_max: np.ndarray
                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the pairs (ray, triangle of ``solid``) that a fair engine may accept.
+    """Return the pairs (ray, triangle) that a fair engine may accept; ``solid`` lists triangles.
 
     Returns
     -------

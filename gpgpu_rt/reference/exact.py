@@ -25,7 +25,7 @@ class ExactPairs:
     ----------
     inside : (k,) bool, whether the ray's line meets the triangle. Edges and vertices are included;
         a line in the triangle's plane misses the triangle
-    above, below : (k,) integers; t is above / below, and below is positive where ``inside``
+    above, below : (k,) integers; t is ``above`` / ``below``; where ``inside``, ``below`` > 0
     u, v : (k,) float64, barycentric coordinates, correctly rounded; NaN where not ``inside``
     """
 

@@ -82,12 +82,12 @@ def trace(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
 def settle(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, hits: Hits,
            t_min: float | np.ndarray = 0.0, t_max: float | np.ndarray = np.inf
            ) -> tuple[Hits, int]:
-    """Use integers to decide the rays that float64 cannot decide, and return all hits.
+    """Use integers to decide the rays that float64 cannot decide, and return the hits of all rays.
 
     Error bounds of float64 tell which triangles may be a ray's nearest hit. A ray is doubtful if
-    there are several such triangles, or if the only one may be missed. `nearest_of_pairs` then
-    chooses among these triangles. Copies of a triangle cause no doubt, because the lowest
-    index wins.
+    there are several such triangles, or if a single one may be missed. `nearest_of_pairs` then
+    chooses among these triangles. Copies of a triangle cause no doubt, because the lowest index
+    wins.
 
     Parameters
     ----------

@@ -3,7 +3,7 @@
 The algorithm is path tracing (Kajiya, "The Rendering Equation", SIGGRAPH 1986). At each vertex, a
 path samples one light (next-event estimation), then continues in a direction sampled from the
 material. Both techniques may find the same light, so the power heuristic (for a sky, the balance
-heuristic) weights the light that each finds (Veach and Guibas, "Optimally Combining Sampling
+heuristic) weights the light from each technique (Veach and Guibas, "Optimally Combining Sampling
 Techniques for Monte Carlo Rendering", SIGGRAPH 1995). The shaders use the same random numbers and
 lights, so pictures differ only by float32 rounding.
 
@@ -33,7 +33,7 @@ from .sobol import sobol_numbers
 from .spawn import spawn
 
 BRUTE_FORCE = 8     # up to this number of triangles, brute force is faster than a tree
-AT_ONCE = 1 << 16   # most paths traced together, unless the picture has more pixels
+AT_ONCE = 1 << 16   # limit on the paths traced together, unless the picture has more pixels
 TINY = 1e-30        # guards divisions by a density that may be 0
 
 

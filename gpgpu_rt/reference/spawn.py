@@ -11,7 +11,7 @@ from ..numerics.error_bounds import FLOAT32, gamma
 from ..numerics.watertight import intersect_pairs
 
 _SPAWN_TRIES = 28   # enough to double from _SEEN * extent to the triangle's extent, then bisect
-_SEEN = np.float32(8 * FLOAT32.unit)    # usual error of the watertight test, divided by the extent
+_SEEN = np.float32(8 * FLOAT32.unit)    # usual error of the watertight test / triangle's extent
 
 
 def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
@@ -21,7 +21,7 @@ def spawn(scene: Any, hits: Hits, directions: np.ndarray) -> np.ndarray:
     direction. The offset is the error bound of the hit point plus the usual error of the
     watertight test in float32. For long thin triangles, the test has larger errors. While the new
     ray hits the triangle of the hit, the offset is therefore doubled, up to the triangle's extent.
-    A bisection then reduces the offset to at most a seventh above the necessary offset.
+    A bisection then reduces the offset to at most 8/7 of the smallest sufficient offset.
     ``glsl/render/spawn.glsl`` derives the offset.
 
     Parameters
@@ -82,7 +82,7 @@ def _further(offset: np.ndarray, low: np.ndarray, high: np.ndarray, most: np.nda
 
 def _hit_points(corners: np.ndarray, u: np.ndarray, v: np.ndarray
                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the points of triangles at u and v (k, 1), all in float32.
+    """Return points of triangles, given by u and v, (k, 1) each, in float32.
 
     Returns
     -------

@@ -14,8 +14,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-_LEAF = 3               # most triangles in a leaf
-_PAIRS = 1 << 18        # most pairs in a batch
+_LEAF = 3               # largest number of triangles in a leaf
+_PAIRS = 1 << 18        # largest number of pairs in a batch
 # Widen boxes by this share of the coordinates. The share is far above float64's rounding, but too
 # small to add a noticeable number of tests.
 _PADDING = 1e-12
@@ -96,7 +96,7 @@ class ReferenceTree:
         ----------
         origins, directions : (n, 3) float64
         t_min, t_max : (n,) float64
-        margin : (n,) float64, or a number: boxes are wider by this length, world units
+        margin : (n,) float64, or a number: boxes grow on each side by this length, world units
         """
         self._set_rays(origins, directions, t_min, t_max, margin)
         starts = self._starts(len(self.boxes) - 1)

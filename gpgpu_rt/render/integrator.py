@@ -169,8 +169,8 @@ class Integrator:
         return shown(light, self.given["exposure"], self.given["tone_map"])
 
     def _make_room(self, size: tuple[int, int]) -> None:
-        """Allocate streams of (width, height) texels, or reuse the last picture's streams if they
-        have this size."""
+        """Allocate streams of (width, height) texels, or reuse the previous picture's streams if
+        they have this size."""
         self.size = size
         if self.room is None or self.room.size != size:
             self._release_room()

@@ -19,9 +19,9 @@ def light_uniforms(scene: Scene, needs: SceneNeeds, depth: int = 0, sample: int 
     """Return the uniforms of ``render/light.glsl`` for each shadow ray of a hit. If the programs
     expect a light and the scene has none, return a black point light.
 
-    ``depth`` is the number of bounces so far. Each bounce multiplies the rays and reduces their
-    weight. Each bounce therefore halves the number of shadow rays towards emitting triangles.
-    Each ``sample`` of a pixel uses other points on these triangles.
+    ``depth`` is the number of bounces so far. Each bounce multiplies the number of rays and
+    reduces their weight. Each bounce therefore halves the number of shadow rays towards emitting
+    triangles. Each ``sample`` of a pixel uses other points on these triangles.
     """
     lights: list[Uniforms] = [
         {"light_position": light.position, "light_intensity": light.intensity,

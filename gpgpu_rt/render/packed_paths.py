@@ -1,10 +1,10 @@
 """Packed paths: packs the live paths of a wave side by side into smaller textures.
 
 A wave is a set of paths that are traced together. A path is live until it ends. The texels of
-ended paths stay in the texture and waste lanes of packets and SIMD units beside live rays. Stream
-reduction (D. Horn, "Stream Reduction Operations for GPGPU Applications", GPU Gems 2, 2005; survey,
-sections 3.6 and 4.3) packs the live paths, in the order of squares of 8x8 texels, so that packets
-and tiles still contain neighbours.
+ended paths stay in the texture beside live paths, and waste lanes of packets and SIMD units.
+Stream reduction (D. Horn, "Stream Reduction Operations for GPGPU Applications", GPU Gems 2, 2005;
+survey, sections 3.6 and 4.3) packs the live paths, in the order of squares of 8x8 texels, so that
+packets and tiles still contain neighbours.
 
 A packed path keeps the position of its original texel, on which its random numbers depend. At the
 end, a pass draws a point for each packed path to add the path's light to the original texel. So

@@ -38,8 +38,8 @@ from .picture_streams import PictureStreams, PixelStream
 from .records import CAME_FROM, DIRECT, LIT, RADIANCE, SUMS, WALK
 from .tone_map import EXPOSURE, TONE_MAP
 
-WAVE = 1 << 18      # most paths in a wave, unless the picture has more pixels
-FEWEST = 16         # fewest samples for an estimate of the noise from their variance
+WAVE = 1 << 18      # largest number of paths in a wave, unless the picture has more pixels
+FEWEST = 16         # estimate the noise from the variance of at least this many samples
 
 _DEFAULTS = PathSettings()
 _VERTEX_WRITES = (("next_rays", RAY_TEXELS), ("next_walk", WALK), ("lit", LIT),

@@ -1,4 +1,4 @@
-"""Films: draws films of passes, and heat maps of the cost per pixel, when the page is written.
+"""Films: draws films of passes, and heat maps of the cost per pixel, for the HTML report.
 
 A film is stored as one picture: all frames below each other, with a pixel for each ray. The page's
 script shows one enlarged frame at a time.
@@ -26,17 +26,17 @@ from ..tracer import Tracer
 
 FRAMES = 60      # largest number of frames of a film
 WHITE = 255
-WIDEST = 1 << 14     # largest width in pixels; a picture with a pixel for each ray is smaller
-SEAM = 1         # rows between the frames, so that no frame shows its neighbour
+WIDEST = 1 << 14     # largest width in pixels, so that pictures with a pixel per ray do not shrink
+SEAM = 1         # white rows between frames, so that no frame shows a row of the next
 
 
 class _Film:
-    """The chosen frames of a film: the panels' pixels side by side, and a text for each frame."""
+    """The chosen frames of a film: for each frame, a pass's panels side by side, and a text."""
 
     def __init__(self, painter: PassPainter, frames: int) -> None:
         self.painter, self.chooser = painter, EvenLoss(frames)
         self.frames: list[tuple[Pass, np.ndarray]] = []
-        self.passes: list[Pass] = []    # only the last pass, which is the film's last frame
+        self.passes: list[Pass] = []    # only the latest pass, to end the film with it
         self.titles: list[str] = []
 
     def look(self, one: Pass) -> None:
@@ -69,7 +69,7 @@ class _Film:
             [part for _, pixels in self.frames for part in (pixels, seam)]))
 
     def texts(self, rays: int) -> list[str]:
-        """Return what each frame shows."""
+        """Return a text for each frame."""
         last = self.passes[0].number
         found = []
         for one, _ in self.frames:
@@ -80,8 +80,8 @@ class _Film:
 
 
 def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
-    """Return HTML with a film of a method's passes over eye rays. From frame to frame, the same
-    share of the rays ends."""
+    """Return HTML with a film of a method's passes over eye rays. About the same number of rays
+    ends between any two successive frames."""
     rays = size[0] * size[1]
     with Tracer(scene, method, schedule="step") as tracer:
         origins, directions = scene.camera.rays(size)
@@ -116,8 +116,8 @@ def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
 
 
 def heat_maps(scene: Scene, methods: Sequence[str], size: tuple[int, int]) -> str:
-    """Return HTML with heat maps of several methods on one scale. A map shows the kernel runs of
-    each pixel's ray."""
+    """Return HTML with heat maps of several methods on one scale. A map shows the number of kernel
+    runs of each pixel's ray."""
     maps = []
     for method in methods:
         with Tracer(scene, method, statistics=True) as tracer:
@@ -144,12 +144,12 @@ def _map(one: Heat, top: float, scene: Scene) -> str:
 
 
 def _scale(low: float, high: float, unit: str) -> str:
-    """Return the ramp of colours with round numbers below it."""
+    """Return HTML with the ramp of colours, and with round numbers below the ramp."""
     stops = ",".join(f"rgb{tuple(colour)}" for colour in ramp(np.linspace(0, 1, 8)).tolist())
     ticks = ""
     for tick in round_ticks(low, high, 5):
         share = (tick - low) / (high - low)
-        side = 0 if share < 0.03 else -100 if share > 0.97 else -50     # stay within the ramp
+        side = 0 if share < 0.03 else -100 if share > 0.97 else -50     # keep text within the ramp
         ticks += (f'<span style="left:{100 * share:.4g}%;transform:translateX({side}%)">'
                   f"{tick_text(tick)}</span>")
     return (f'<div class="scale"><div class="ramp" style="background:linear-gradient(90deg,'

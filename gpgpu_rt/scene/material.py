@@ -16,14 +16,14 @@ LEAST_ROUGHNESS = 0.01
 
 @dataclass(frozen=True)
 class Material:
-    """The reflection, refraction and emission of a surface; their light adds up. Both sides of a
-    triangle behave alike, except those of a dielectric.
+    """The light that a surface reflects, refracts and emits; the parts add up. Both sides of a
+    triangle behave alike, except for a dielectric.
 
     Attributes
     ----------
     name : The material's name in errors, scene files and mesh files.
-    diffuse : (3,) share of light that is scattered by Lambert's law. The default is white with a
-        texture. Without a texture, light grey if no other part is given, else black.
+    diffuse : (3,) share of light that is scattered by Lambert's law. With a texture, the default
+        is white. Without a texture, it is light grey if no other part is given, else black.
     mirror : (3,) share that is reflected in the mirror direction.
     glossy : (3,) share that is reflected into a lobe around the mirror direction.
     roughness : Roughness r of the lobe, 0.01 to 1. The lobe is cos^n with n = 2 / r^2 - 2.

@@ -118,9 +118,9 @@ def _of_gltf(name: str, said: Mapping[str, Any], textures: Textures) -> Material
 
     The metallic share reflects light in the base colour, as a mirror if the surface is smooth and
     into a glossy lobe otherwise. The rest is diffuse. The 4 % reflection of non-metals is
-    omitted. A material without a metallic factor counts as non-metallic. By the format's default
-    it would be metallic, but few authors intend this. A texture varies only the diffuse share;
-    metallic reflection and emission use the mean of their textures.
+    omitted. A material without a metallic factor counts as non-metallic. By the format's default,
+    such a material is metallic, but few authors intend this. A texture varies only the diffuse
+    share; metallic reflection and emission use the mean of their textures.
     """
     factor = said.get("baseColorFactor")    # trimesh stores the factor in bytes, 0 to 255
     base = np.ones(3) if factor is None else np.asarray(factor, np.float64)[:3] / 255

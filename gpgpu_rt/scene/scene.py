@@ -41,7 +41,7 @@ class Scene:
     materials : The materials; by default a single diffuse material.
     material_of : (n,) int32, index of each triangle's material in ``materials``; by default 0.
     normals : Unit normals, (n, 3, 3) float32, of each triangle's corners, which shading
-        interpolates. Zeros for a flat triangle. None if all triangles are flat.
+        interpolates. Zeros for a flat-shaded triangle. None if all are flat-shaded.
     uv : Texture coordinates, (n, 3, 2) float32, of each triangle's corners, or None.
     environment : The light that arrives from outside the scene; None for darkness.
     moving : Whether the triangles will move.

@@ -38,7 +38,7 @@ class Coming(NamedTuple):
 
 
 class Builds:
-    """A process that builds accelerators for a session, one at a time; a context manager.
+    """A process that builds a session's accelerators, one after another; a context manager.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def _begin(builds: Builds, sessions: Sessions,
 
 
 def _build(method: str, options: Mapping[str, Any], triangles: np.ndarray) -> Accelerator:
-    """Build an accelerator in the process of `Builds`; its tables hold plain arrays."""
+    """Build an accelerator whose tables hold plain arrays, in the process of `Builds`."""
     with uncached():
         built = find_method(method).prepare(triangles, {**options, "charts": None})
     tables = {name: {field: np.asarray(values) for field, values in table.items()}

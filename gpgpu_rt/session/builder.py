@@ -24,7 +24,7 @@ class Builder:
     def __init__(self, method: Method, options: dict[str, Any], charts: Any) -> None:
         self.precision = Precision.of(options)
         self._method, self._options, self._charts = method, options, charts
-        self._built_cost: float | None = None   # SAH cost of the last build, to compare refits
+        self._built_cost: float | None = None   # SAH cost of the last build, compared with refits
 
     def stored(self, scene: Scene) -> np.ndarray:
         """Return the triangles as textures store them: boxes must enclose this form."""

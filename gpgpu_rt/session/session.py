@@ -179,7 +179,7 @@ class Session:
     def move(self, scene: Scene, built: Accelerator | None = None) -> None:
         """From now on, trace ``scene``: the same scene with moved triangles.
 
-        ``built`` is an accelerator over the moved triangles, if one exists already.
+        ``built`` is a finished accelerator over the moved triangles, or None.
         """
         began = time.perf_counter()
         with self.gpu:

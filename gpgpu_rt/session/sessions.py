@@ -93,7 +93,7 @@ class Sessions:
         renderer = re.split(r"[ /]*[(/]", self.gpu.renderer)[0] or self.gpu.renderer
         return [*found, ("renderer", renderer), ("state", "released" if self._released else "")]
 
-    # Turns ----------------------------------------------------------------------------------
+    # Locking --------------------------------------------------------------------------------
 
     @contextmanager
     def _alone(self) -> Iterator[None]:

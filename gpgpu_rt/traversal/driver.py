@@ -65,7 +65,7 @@ class Driver(Protocol):
         """Trace every ray. Return the hits and the number of rays that were stopped early."""
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved. Records and defines are unchanged."""
+        """Use new tables after the triangles moved. Records and defines are unchanged."""
 
     def bytes(self) -> int:
         """Return the bytes of the driver's own textures."""

@@ -149,8 +149,8 @@ class EraTraversal(EraDriver, Traversal):
 
     def _classify(self, now: Target, buffers: StateBuffers, tiles: Tiles,
                   statistics: Statistics) -> dict[int, int]:
-        """Do the same as ``Traversal._classify``, and raise LimitError if the host's choices of
-        kernels exceed the step cap, because states have no step counts."""
+        """Do the same as ``Traversal._classify``. States have no step counts, so raise LimitError
+        if the host chooses kernels more often than the step cap."""
         self._choices += 1
         if self._choices > self.step_cap:
             raise LimitError(f"method {self.method.name} in the era form does not end: the host "

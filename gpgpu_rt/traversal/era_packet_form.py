@@ -18,7 +18,7 @@ class EraPackets:
     ----------
     glsl : file under ``glsl/`` with the kernels
     state : the record of a packet's state, which a loop keeps in registers
-    changes : (options) -> {kernel: the fields of ``state`` that it computes}, kernels in order
+    changes : (options) -> {kernel: the fields of ``state`` that it computes}, ordered by phase
     fits : option -> the values for which the kernels are written
     driver : name of the driver in ``traversal/``, as in `Method.drivers`
     """
@@ -37,8 +37,8 @@ class EraPackets:
             if option.default not in self.fits.get(option.name, (option.default,))}}
 
     def check(self, method: str, options: Mapping[str, Any]) -> None:
-        """Raise OptionError for options that the kernels of ``method`` are not written for, or
-        for a chip without loops."""
+        """Raise OptionError if the kernels of ``method`` are not written for the options, or if
+        the chip has no loops."""
         for name, values in self.fits.items():
             if name in options and options[name] not in values:
                 raise OptionError(

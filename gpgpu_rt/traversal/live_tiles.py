@@ -17,8 +17,8 @@ class Tiles:
     """Counts, in each tile, the rays that wait for each kernel.
 
     The pass of a kernel skips tiles without such rays, as the cards of 2002-2007 did by
-    hierarchical depth. A renderer without hierarchical depth would otherwise spend most of the
-    time late in a traversal on depth tests. Hits do not depend on the tiles.
+    hierarchical depth. Late in a traversal, a renderer without hierarchical depth would otherwise
+    spend most of its time on depth tests. Hits do not depend on the tiles.
     """
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], streams: str) -> None:
@@ -54,8 +54,8 @@ class Tiles:
     def choose(self, kernel: int | None) -> None:
         """Choose the tiles with rays that wait for this kernel; None stands for any kernel."""
         counts = self._counts.sum(2) if kernel is None else self._counts[:, :, kernel - 1]
-        # The target clips the last tile. Do not cut the tile here: the same rectangles are drawn
-        # over the counts. A cut tile could miss the centre of its texel there.
+        # The target clips the last tile. Do not cut the tile here: the rectangles are also drawn
+        # into the texture of counts, where a cut tile could miss the centre of its texel.
         self.rectangles.write(rectangles_of(counts > 0))
 
     def release(self) -> None:

@@ -47,7 +47,7 @@ class PacketTargets:
         return self._targets["counters" if counters else "triangles" if alone else "hits"]
 
     def samplers(self, alone: bool) -> dict[str, moderngl.Texture]:
-        """Return sampler name -> texture of the hits and of the counters.
+        """Return the textures of the hits and of the counters, by sampler name.
 
         With ``alone``, omit the textures that hold only t, u or v of hits.
         """

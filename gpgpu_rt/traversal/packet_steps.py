@@ -24,8 +24,8 @@ from .stack_atlas import StackAtlas
 class PacketSteps(MethodDriver):
     """A packet method under the schedule ``step``; see ``Traversal``.
 
-    A step is two passes. In the pass over the rays, each ray tests its packet's triangle, if there
-    is one. In the pass over the packets, each packet visits a node or advances to the next
+    A step is two passes. In the pass over the rays, each ray tests the triangle that its packet is
+    at, if any. In the pass over the packets, each packet visits a node or advances to the next
     triangle. A draw then pushes the packets' stack entries into the atlas, if there is an atlas.
     """
 
@@ -147,5 +147,5 @@ class PacketStates(PingPong):
 
 
 def _of_packets(packets: Target) -> Samplers:
-    """Return the samplers of packets' records, under names that differ from rays' names."""
+    """Return the samplers of packets' records, under names that rays' samplers do not have."""
     return {f"packet_{name}": texture for name, texture in packets.samplers().items()}

@@ -59,7 +59,7 @@ class PacketTraversal(MethodDriver):
         query = self.gpu.query()
         drawn = self._draw_packets("packet", rays, room, statistics, any_hit, query)
         statistics.queries += 1
-        # The program discards unfinished packets. Draw all again if any packet was discarded.
+        # The program discards unfinished packets. Draw all packets again if any was discarded.
         left_behind = query.samples < drawn
         if left_behind:
             self._draw_packets("packet_unsettled", rays, room, statistics, any_hit)

@@ -1,4 +1,4 @@
-"""Triangle table: makes the scene's box, and the triangle table, which geometry-image lacks."""
+"""Triangle table: makes the scene's box, and the triangle table of most methods."""
 from __future__ import annotations
 
 import numpy as np

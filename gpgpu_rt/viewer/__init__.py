@@ -1,4 +1,4 @@
-"""The viewer: a window, and a model of the scene and its pictures that needs no window."""
+"""The viewer: a window, and a windowless model of the scene and its pictures."""
 from __future__ import annotations
 
 from .model import MODES, Viewer

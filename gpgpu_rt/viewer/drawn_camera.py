@@ -1,7 +1,7 @@
-"""The camera that the viewer draws with: fitted to the picture's shape, with short numbers.
+"""The camera that the viewer draws with: fitted to the picture's shape, and rounded.
 
 The mouse moves the exact camera, but the viewer draws with the rounded camera. A command with the
-short numbers therefore draws the same picture to the bit.
+rounded numbers therefore draws the same picture to the bit.
 """
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ import numpy as np
 from ..errors import SceneError
 from ..scene.camera import Camera
 
-# Rounding moves projections by less than this share of a pixel, for points at NEAREST to 1 times
-# the target's distance.
+# Rounding moves projections by less than this share of a pixel, for points between NEAREST and 1
+# times the target's distance.
 PIXEL_SHARE = 0.1
 NEAREST = 0.25
 # (part of the camera, share), in the order of rounding. Rounding a row's part and all earlier
@@ -24,7 +24,7 @@ _BUDGETS = (("fov", 0.1), ("up", 0.3), ("eye", 0.6), ("target", 1.0))
 
 
 def fitted(camera: Camera, size: tuple[int, int]) -> Camera:
-    """Return the camera with a wider field of view if the picture is narrower than high.
+    """Return the camera, with a wider field of view for a picture that is taller than wide.
 
     The field of view is vertical. The fitted camera shows all that a square picture of the given
     camera shows.

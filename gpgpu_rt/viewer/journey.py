@@ -16,7 +16,7 @@ from ..scene.camera import Camera
 from ..text_format import counted
 from ..tracer import Tracer
 
-MOST_BYTES = 256 << 20      # if all states need more bytes, every second pass is dropped
+MOST_BYTES = 256 << 20      # if the stored states need more, drop every second pass
 MOST_SECONDS = 20.0
 # A t above this number is no point on a ray. For example, a ray that waits for its packet's next
 # walk has t_min 3e38 (drivers/packet_turns.glsl).
@@ -139,7 +139,7 @@ class Journey:
                 f"{served}; live rays: {one.live:,} of {self.size[0] * self.size[1]:,}")
 
     def ray_at(self, pixel: tuple[int, int], size: tuple[int, int]) -> int:
-        """Return the number of the ray at a pixel of a picture of ``size``."""
+        """Return the index of the ray at a pixel of a picture of ``size``."""
         column, row = (int(np.clip(at * mine // of, 0, mine - 1))
                        for at, mine, of in zip(pixel, self.size, size))
         return row * self.size[0] + column

@@ -38,7 +38,7 @@ from .tracers import Tracers
 
 MODES = ("picture", "heat", "passes")
 SETTLED = 0.1           # the camera is at rest after this many seconds without a move
-JOURNEY_RAYS = 160      # most rays along a side of the picture in the mode "passes"
+JOURNEY_RAYS = 160      # limit on the rays along a side of the picture in the mode "passes"
 HISTORY = 120           # number of pictures in the graphs
 
 
@@ -115,7 +115,7 @@ class Viewer:
 
     @property
     def view(self) -> Camera:
-        """The camera that draws: ``camera``, fitted to the picture, with short numbers."""
+        """The camera that draws: ``camera``, fitted to the picture, with rounded numbers."""
         asked = self._camera, self.size, self.scene.camera
         if self._view[0] != asked:
             self._view = asked, rounded(fitted(self._camera, self.size), *asked[1:])
@@ -237,7 +237,7 @@ class Viewer:
 
     @property
     def held_back(self) -> float | None:
-        """The estimated seconds of the finest picture if it needs a request, else None."""
+        """The estimated seconds of the finest picture if `insist` must request it, else None."""
         if self.mode == "passes" or self.divisor in (None, 1) or not self.finished:
             return None
         estimate = self.pace.estimate(1)
@@ -369,7 +369,7 @@ class Viewer:
         """Write all pixels as a PNG, and the settings as JSON beside it. Return the PNG's path.
         After an error, return None and set ``message``."""
         with self._guarded():
-            path = name_for(self, Path(folder))     # first: fails if the folder is not writable
+            path = name_for(self, Path(folder))     # fails early if the folder is not writable
             if self.mode == "passes":
                 if self.journey is None:
                     self._travel()

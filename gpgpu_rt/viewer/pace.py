@@ -7,7 +7,7 @@ MOVING = 0.07       # limit in seconds for a picture while the camera moves
 # Limit in seconds for the next picture while the camera rests.
 AT_REST = 0.6
 # Limit in seconds for the next finer picture, if every finer picture exceeds AT_REST. The user
-# must request slower pictures.
+# must request pictures that are slower still.
 PATIENCE = 3.0
 STALE = 3.0         # seconds after which a measured time is ignored, unless it is the newest time
 DIVISORS = (1, 2, 3, 4, 6, 8, 12, 16)   # divisors of width and height; 1 draws every pixel

@@ -23,7 +23,7 @@ class Panels:
     Parameters
     ----------
     viewer : the model
-    link : draws the panels
+    link : shows the panels in the window
     save : writes the picture
 
     Attributes

@@ -11,7 +11,7 @@ from .widgets import capital, chosen_from, label, quiet, room, tip
 
 
 def draw_pass(viewer: Viewer, link: Link) -> None:
-    """Draw the slider of passes, a line about the pass, and the colours' legend."""
+    """Draw the slider that chooses a pass, a line about the pass, and the colours' legend."""
     journey = viewer.journey
     label("Pass")
     if journey is None:

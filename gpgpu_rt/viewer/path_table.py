@@ -26,7 +26,7 @@ class PathTable:
 
     def __init__(self, fonts: Fonts, height: int) -> None:
         self._fonts, self.height = fonts, height
-        self._seen: tuple[int, int | None] | None = None     # the path and row of the last frame
+        self._seen: tuple[int, int | None] | None = None  # the path and row of the previous frame
 
     def draw(self, path: RayPath, rect: Rect, most: int) -> bool:
         """Draw the table in a rectangle. Return whether the user closed the table.

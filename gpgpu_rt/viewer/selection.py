@@ -12,7 +12,7 @@ from ..render.integrators import DEFAULT, find_integrator
 from ..scene.camera import Camera
 from ..tracer import DEFAULT_METHOD
 
-# Not offered: the viewer sets context and statistics itself, and presort does not affect eye rays.
+# Panels omit these: the viewer sets context and statistics, and presort does not affect eye rays.
 DECIDED = ("context", "statistics", "presort")
 
 

@@ -115,8 +115,8 @@ class Window(moderngl_window.WindowConfig):
         self._held: set[int] = set()        # the flight keys that are down
         self._mouse = (0, 0)
         self._press: Press | None = None
-        # Handle dropped files here: moderngl_window gets them from pyglet, which loses them on
-        # X11.
+        # Handle dropped files here: moderngl_window reports them only with pyglet, which loses
+        # them on X11.
         glfw.set_drop_callback(self.wnd._window, self._dropped)
         self._last_event = time.perf_counter()
         self._shown = -1            # version of the uploaded picture

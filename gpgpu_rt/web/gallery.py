@@ -111,8 +111,8 @@ def _map(scene: Scene, name: str) -> Heat:
 
 def _index(scene: Scene, maps: Mapping[str, Heat], twins: Mapping[Twin, Scene],
            left_out: Mapping[str, str]) -> str:
-    # The common scale ends at the median of the maps' 99 % quantiles. At the largest quantile, the
-    # many steps of brute force would make all other maps dark.
+    # The common scale ends at the median of the maps' 99 % quantiles. If the scale ended at the
+    # largest quantile, the many steps of brute force would make all other maps dark.
     ends = [one.summary()["quantile_99"] for one in maps.values()] or [1.0]
     highest = max(1.0, statistics.median(ends))
     cards = [_card(find_method(name), one, scene, highest) for name, one in maps.items()]

@@ -1,8 +1,8 @@
 """Packing: packs float32 tables into short texts, from which the page recovers the same bits.
 
-A row holds 1 to MOST_TEXELS successive texels, the number that packs best. Each component of a row
-is a column. Each value is predicted, and the differences from the predictions are stored byte
-plane by byte plane, which compresses well. `unpack.js` reverses these steps.
+A row holds 1 to MOST_TEXELS successive texels; the best-packing number is chosen. Each component
+of a row is a column. Each value is predicted, and the differences from the predictions are stored
+byte plane by byte plane, which compresses well. `unpack.js` reverses these steps.
 """
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class _Columns:
             self.cost += cost * len(self.table) / max(len(sample), 1)
 
     def codes(self) -> tuple[list[Any], list[bytes]]:
-        """Return [number, codes] of each column, undivided columns first, and each one's bytes."""
+        """Return [number, codes] and the bytes of each column, undivided columns first."""
         told, parts, rows = [], [], np.arange(len(self.table))
         for k in sorted(self._codes, key=lambda k: isinstance(self._codes[k][0], int)):
             codes, column = self._codes[k], self.table[:, k]

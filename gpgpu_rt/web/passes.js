@@ -90,8 +90,8 @@ function bound(pass, made, output, textures, own, rays) {
     return (live) => draw(pass.vertex, pass.fragment, into, uniforms, inputs, ...spread(live, into));
 }
 
-// Returns the rectangles of live rays in a target (null: the whole target), and the side in texels of their unit: the
-// part of the target that one state covers, such as a packet's rays. Each tile of an atlas gets all rectangles.
+// Returns the rectangles of live rays in a target (null: the whole target), and the side of their unit in texels. A
+// unit is the part of the target that one state covers. Each tile of an atlas gets all rectangles.
 function spread(live, {tile, across, levels}) {
     const [width, height] = live ? live.size : tile, texels = tile[0] / width;
     if (!live || !live.corners || !Number.isInteger(texels) || tile[1] !== texels * height

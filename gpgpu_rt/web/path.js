@@ -97,7 +97,7 @@ async function triangleReader(drawn) {
 }
 
 // Returns the path of a ray: an element after the set-up and after each step. An element holds the ray's state
-// (`fields`), the kernel that runs next, the box and its node or cell (`place`), the triangle under test and the
+// (`fields`), the kernel that runs next, the node or cell (`place`), its box, the triangle under test and the
 // interval on the ray. Returns null if the method has no steps, or traces packets. Throws a LostContext.
 async function pathOf(method, camera, direction) {
     const drawn = method.schedules.step;

@@ -161,7 +161,7 @@ function target(place, {of = [1, 1], outputs, components = 4, levels = 1}, width
     return targets.get(key);
 }
 
-const stamps = new Map();       // first word of the targets' names -> the number of traces that drew there
+const stamps = new Map();       // first word of targets' names -> the number of traces that drew into them
 
 // Frees the targets whose names begin with the word `place`. With `keepsLast`, keeps the targets of the last trace.
 function freeTargets(place, keepsLast = false) {

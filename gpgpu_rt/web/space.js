@@ -127,7 +127,7 @@ function drawSpace(ray, path, step) {
 
 const colourOf = ({fields}) => fields.phase > 0 ? kernelColour(fields.phase) : ENDED;
 
-// Returns a line of text about the path's present step. `kind` is the structure's `boxes` (structure.py).
+// Returns a line of text about the path's present step. `kind` is the field `boxes` of structure.py.
 function stepLine(path, step, kind) {
     if (!path) {
         return "The method traces packets, or it runs in a single pass: only the ray and its hit are shown. Other "

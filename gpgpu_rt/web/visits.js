@@ -1,8 +1,8 @@
 // Counts how often a ray's path enters nodes or cells, and how often it restarts.
 
 // Counts the visits in a path's states. A visit begins where the path enters another node. The visit is a restart if
-// the node was visited before and its box encloses the box of the last node: the path goes back to the root, or with
-// push-down to a lower ancestor. A climb from child to parent is no restart. Paths through cells, ropes or escape
+// the path visited the node before, and the node's box encloses the previous node's box: the path goes back to the
+// root, or with push-down to a lower ancestor. A climb to a parent is no restart. Paths through cells, ropes or escape
 // indices have no restarts. `times`: node -> number of visits; `latest`: the state of the last restart, or null.
 function visitsOf(states) {
     const times = new Map();

@@ -24,8 +24,8 @@ def local_cluster(count: int | None, threads: int | None) -> Any:
     """
     import dask
     dask.config.set({"distributed.deploy.lost-worker-timeout": LOST})
-    # Create the cluster in a separate thread that blocks Ctrl-C. Then no process of the cluster
-    # receives Ctrl-C, not even a later replacement of a killed worker. The calling thread does.
+    # Create the cluster in a separate thread that blocks Ctrl-C. Then only the calling thread
+    # receives Ctrl-C. The processes of the cluster, and later replacements of them, do not.
     with dask.config.set({
             # A worker may be silent for minutes while it draws a pass.
             "distributed.scheduler.worker-ttl": None,

@@ -17,7 +17,7 @@ from typing import IO
 
 from ..disk.own_folder import open_lock, own_folder
 
-Processes = Callable[[], Iterable[int]]     # returns the ids of the present helper processes
+Processes = Callable[[], Iterable[int]]     # returns the ids of the running helper processes
 
 _turn = threading.RLock()      # one thread at a time uses the machine lock
 _held: list[IO[bytes]] = []    # the lock file, while this process has locked it

@@ -1,6 +1,6 @@
 """Tasks: the functions that run in a worker.
 
-A worker is a process with one OpenGL context and the last tracers that it made.
+A worker is a process with one OpenGL context and the tracers that it used last.
 """
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def draw(scene: Scene, built: Structures, digest: str, method: str, options: Opt
 def draw_frame(scene: Scene, built: Structures, digest: str, method: str, options: Options,
                motion: Callable[[int], np.ndarray], drawing: Mapping[str, Any],
                frame: int) -> np.ndarray:
-    """Move the tracer's triangles to a frame, and return its picture, (height, width, 3) uint8."""
+    """Move the tracer's triangles to a frame. Return the picture, (height, width, 3) uint8."""
     with tracer_of(scene, built, f"{digest}, moving", method, options) as tracer:
         tracer.update(motion(frame))
         return np.asarray(tracer.render(**drawing))

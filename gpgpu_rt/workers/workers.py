@@ -175,7 +175,7 @@ class Workers:
         origins, directions : (n, 3) or (h, w, 3) float, world units
         method, options : as for ``Tracer``
         t_min, t_max : scalars, or a value per ray
-        shape : (h, w) of the tile that (n, 3) rays form
+        shape : (h, w) of the image that (n, 3) rays form
         invalid : "raise", or "miss": rays with NaN, infinity or a zero direction get status 1
         progress : called with the number of finished parts and of all parts
 

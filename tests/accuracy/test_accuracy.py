@@ -219,7 +219,7 @@ def test_accuracy_command(capsys, tmp_path) -> None:
     meanings = dict(re.findall(r"(?m)^([^:\n]+): (.+)", out.partition("\n\n")[2]))
     assert ", ".join(["method", "precision", *meanings]) == ", ".join(heads)
     assert "up to 64 rays of each kind" in out and "bench" in meanings["Mrays/s, ms"]
-    assert "0.012" in out  # if no ray of 256 is wrong, at most this share of all rays is wrong
+    assert "0.012" in out  # the 95 % upper bound of the share if none of 256 rays is wrong
     path.unlink()
     for more, message in ((["--precisions", "fp12"], "no precision"), (["--rays", "0"], "rays"),
                           (["-m", "gird"], "did you mean grid"),

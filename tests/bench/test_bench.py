@@ -28,7 +28,7 @@ from gpgpu_rt.gl.context import open_gpu, threads_of
 from gpgpu_rt.gl.environment import environment
 
 SIZE = 24
-# The attribute `gpgpu_rt.bench.race` is the function `race`, so import the module by its name.
+# The attribute `gpgpu_rt.bench.race` is the function `race`, so get the module from importlib.
 race_module = importlib.import_module("gpgpu_rt.bench.race")
 
 

@@ -74,8 +74,8 @@ def check(command: str, after: float, folder: Path) -> None:
     if before_our_code(err):
         return
     said = f"{command}, interrupted after {after:.3f} s: status {status}\n{out}{err}"
-    # The status is 0 if the command had already finished. It is -SIGINT, which a shell reports as
-    # 130, if Python did not handle signals yet, or no longer handled them.
+    # The status is 0 if the command had already finished. The status is -SIGINT, which a shell
+    # reports as 130, if Python did not handle signals yet, or no longer handled them.
     assert status in (0, 130, -signal.SIGINT), said
     assert not any(word in out + err for word in NOISE), said
     assert not [*folder.glob(".writing-*")], said
@@ -137,8 +137,8 @@ def test_no_interrupt_is_lost(within: str, sleep: float, loading: str, tmp_path)
 
 
 def test_a_command_that_ignores_interrupts_goes_on(tmp_path) -> None:
-    """If a parent process makes a command ignore SIGINT, the command continues. A shell script
-    does so with `&`."""
+    """If a parent process makes a command ignore SIGINT, the command continues. Shell scripts do
+    so for commands with `&`."""
     code = LOSING.format("signal.raise_signal(signal.SIGINT)", 0, "")
     done = subprocess.run([sys.executable, "-c", "import signal\n"
                            "signal.signal(signal.SIGINT, signal.SIG_IGN)\n" + code],

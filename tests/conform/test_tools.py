@@ -21,8 +21,8 @@ from gpgpu_rt.conform.page import page
 from gpgpu_rt.conform.shrink import Minimal, shrink
 from gpgpu_rt.conform.suite import KINDS, Known, Row
 
-# Verdict of the suite -> verdict of the exported reader, where the two have different names. The
-# reader knows no geometry, so it distinguishes fewer verdicts.
+# Verdict of the suite -> verdict of the exported reader, for verdicts that the reader names
+# differently. The reader knows no geometry, so it distinguishes fewer verdicts.
 READER_NAMES = {"undecidable": "right", "false hit": "wrong triangle",
                 "wrong nearest": "wrong triangle", "not finite": "wrong t"}
 

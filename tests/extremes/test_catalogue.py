@@ -24,7 +24,7 @@ QUICK, FULL = 512, 32_768
 # these options in all cases.
 TELLING = ("moved-1e4", "in-planes", "box-corners", "flat-soup")
 # The quick test of every method skips these cases, because other quick tests cover them for every
-# method, or because they are slow to build.
+# method, or because these cases are slow to build.
 IN_FULL = ("scaled-2^-20", "scaled-2^20", "moved-1e0", "moved-1e2", "lengths", "coplanar",
            "one-triangle", "flat-floor")
 # In these cases, a leaf or a cell lists very many triangles. A schedule with one pass per triangle

@@ -1,4 +1,4 @@
-"""A ray with an empty interval misses, and scaling flushes no end of an interval to 0.
+"""A ray with an empty interval misses, and scaling never flushes an interval's end to 0.
 
 A tracer divides each direction by a power of two and multiplies t by the same power. The largest
 component of the direction is then in [0.5, 1). For a direction of length 1e-42, t_min = 1 becomes

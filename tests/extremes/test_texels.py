@@ -36,7 +36,7 @@ def indices(exponent: int) -> list[int]:
     pytest.param(21, True, marks=pytest.mark.full),
     pytest.param(23, False, marks=pytest.mark.full)])
 def test_row_35_indices_round_trip(gpu: Gpu, exponent: int, small: bool, tmp_path) -> None:
-    """A shader fetches the right entry of every index. If a rounded reciprocal gave the texture
+    """A shader fetches the right entry for every index. If a rounded reciprocal gave the texture
     row, the shader would fail at row ends. An entry holds its index and twice its index, so the
     numbers reach 2^24 with exponent 23. With ``small``, the program converts integers by their
     bits (core/fetch.glsl); the table then has negative numbers too, from -2^22 to 2^22."""
@@ -73,7 +73,7 @@ def test_row_35_indices_round_trip(gpu: Gpu, exponent: int, small: bool, tmp_pat
 @pytest.mark.parametrize("method", ["kd-restart", "bvh-threaded", "grid", "bih"])
 def test_row_35_larger_integers_are_converted_exactly(monkeypatch: pytest.MonkeyPatch,
                                                       method: str) -> None:
-    """If an integer of a table exceeds SMALL_INTEGER, programs convert none by their bits."""
+    """If an integer of a table exceeds SMALL_INTEGER, no program converts integers by bits."""
     scene = soup_scene(60, 2)
     rays = np.random.default_rng(3).random((2, 300, 3)).astype(np.float32)
     with rt.Tracer(scene, method) as tracer:

@@ -19,8 +19,8 @@ RAYS = 4000
 
 def rays_inside(height: int, sections: int) -> tuple[np.ndarray, np.ndarray]:
     """Returns origins and random directions, (RAYS, 3) float32 each, of rays in a prism with
-    ``sections`` sides and corners at radius 1. The origins lie 1e-4 to 0.1 inside the largest
-    cylinder that fits into the prism."""
+    ``sections`` sides and corners at radius 1. The origins lie in the largest cylinder that fits
+    into the prism, 1e-4 to 0.1 from the cylinder's surface."""
     rng = np.random.default_rng(3)
     angle, distance = rng.uniform(0, 2 * np.pi, RAYS), 10.0 ** rng.uniform(-4, -1, RAYS)
     radius = np.cos(np.pi / sections) - distance

@@ -67,8 +67,8 @@ def test_every_method_of_the_family_is_there() -> None:
 @pytest.mark.parametrize("size, row", [(4096, 0), (1 << 14, 1), (1 << 15, 2), (1 << 16, 3),
                                        (1 << 22, 4)])
 def test_streams_are_as_the_note_says(size: int, row: int) -> None:
-    """The note's table of stream sizes and list of stream lengths by level have the measured
-    numbers."""
+    """In the note, the table of stream sizes and the list of stream lengths by level show the
+    measured numbers."""
     if catalogue.mesh_path("bunny") is None:
         pytest.skip("the note is about the mesh of bunny; name its folder in GPGPU_RT_SCENES")
     text = NOTE.read_text()

@@ -66,14 +66,14 @@ def expected(small: World, method: str) -> list[int]:
             visits += path(small, 0, leaf)
         elif method == "kd-backtrack":
             visits += path(small, meet, last)[-2::-1] + path(small, meet, leaf)
-        else:  # a stack continues below `meet`
+        else:  # with a stack, the walk continues below `meet`
             visits += path(small, meet, leaf)[1:]
     return visits
 
 
 def test_the_world_shows_what_it_is_for() -> None:
-    """In the diagrams' scene, the tree has full depth and no split along z, and the ray crosses
-    four leaves with triangles."""
+    """In the diagrams' scene, the tree has the depth MAX_DEPTH and no split along z, and the ray
+    crosses four leaves with triangles."""
     tree = SMALL.tree
     assert 2 not in tree.axis and tree.depth == MAX_DEPTH
     assert len(crossed(SMALL)) == 4 and all(SMALL.inside(leaf) for leaf in crossed(SMALL))
@@ -186,8 +186,8 @@ def test_figure_10_is_the_walk_and_shows_the_slip() -> None:
 
 
 def test_the_printed_rule_is_right_where_no_plane_lies_behind(monkeypatch) -> None:
-    """The origin of this ray lies outside the box, and no plane on its way has a negative t. Then
-    the corrected rule agrees with the printed rule of the survey's Figure 10."""
+    """The origin of this ray lies outside the box, and no split plane on the ray's way has a
+    negative t. Then the corrected rule agrees with the printed rule of the survey's Figure 10."""
     outside = World(SMALL.scene, SMALL.triangles, SMALL.tree, SMALL.lo, SMALL.hi,
                     (SMALL.origin - SMALL.direction).astype(np.float32), SMALL.direction)
     found = walk(fig10.METHOD, outside)

@@ -1,5 +1,5 @@
-"""Figures that make claims get the right verdicts. The tests choose the numbers in the figures'
-measurements (cells)."""
+"""Figures that make claims get the right verdicts. The tests write the figures' measurements
+(cells) with invented numbers."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -33,7 +33,7 @@ def test_the_stadium_s_verdict(grid: tuple, word: str, tmp_path: Path) -> None:
 
 
 def _mirrors(scene: str, last: float, shared: float, folder: Path) -> None:
-    """Writes Figure 14's cells on a scene.
+    """Writes Figure 14's cells for a scene.
 
     ``last`` is the rate of packets divided by the rate of single rays at the last bounce.
     ``shared`` is the number of nodes that a packet visits, divided by the number of nodes that
@@ -85,7 +85,7 @@ def test_proximity_clouds_are_judged_only_beyond_the_spread(plain: float, holds:
                    statistics={"waves": 1, "passes": 1, "picture_passes": {}, "texture_bytes": 1})
     assert fig07.cell(fig07.METHOD, False).runs > 1     # one run has no spread
     said = fig07.judge(tmp_path, False)
-    # One stand-in and one pair of methods are too little for any other verdict.
+    # One stand-in scene and one pair of methods are too little for any other verdict.
     assert said.word == verdicts.TOO_LITTLE and said.stand_ins is not None
     assert (said.stand_ins.word, said.stand_ins.pairs) == (verdicts.TOO_LITTLE, 1)
     assert (said.stand_ins.claims, said.stand_ins.held) == (
@@ -101,7 +101,7 @@ def test_proximity_clouds_are_judged_only_beyond_the_spread(plain: float, holds:
 @pytest.mark.parametrize("pairs, bounds", [(10, True), (1000, False)])
 def test_transfers_are_judged_on_the_bus_of_the_time(pairs: int, bounds: bool,
                                                      tmp_path: Path) -> None:
-    """A ray's bytes take 1.25 microseconds on the bus. The renderer's seconds do not count."""
+    """The verdict uses the time of a ray's bytes on the bus, not the renderer's time."""
     for scene in ("bunny", "kitchen"):
         cell = fig05.cell(scene, fig05.AS_IT_IS, False)
         rays = cell.size ** 2

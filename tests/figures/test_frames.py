@@ -23,8 +23,8 @@ NOTE = PAGE.parent / "notes" / "moving.md"
 
 
 def test_columns_come_from_the_table() -> None:
-    """The table of methods decides the columns: each method that can refit has a refitted
-    column."""
+    """The table of methods decides the columns: each method that can refit has a column for
+    refitting."""
     columns = frames.columns()
     labels = [label for label, _, _ in columns]
     assert len(set(labels)) == len(labels)
@@ -41,7 +41,7 @@ def test_columns_come_from_the_table() -> None:
     ("kd-stack", {}, 2), ("kd-stack", dict([frame_times.AHEAD]), 2)])
 def test_a_measured_cell(method: str, options: dict, rebuilt: int, monkeypatch) -> None:
     """A measured cell of a small cloth has the times of updating and of tracing for each frame.
-    All distances equal the distances in a newly built tree."""
+    All hit distances equal those of a newly built tree."""
     monkeypatch.setattr("gpgpu_rt.scene.procedural.animations.CLOTH_CELLS", 20)
     for cached in (frame_times._start, frame_times._vertices, frame_times._distances):
         cached.cache_clear()
@@ -126,8 +126,8 @@ def test_pages_hold_the_measured_numbers(tmp_path) -> None:
 @pytest.mark.parametrize("name, at", [("cloth", (8, 48)), ("walker", (8, 48, 96)),
                                       ("explosion", (8, 24, 48))])
 def test_how_a_refitted_tree_fares(name: str, at: tuple[int, ...]) -> None:
-    """The note gives two ratios: the SAH cost of a refitted tree divided by the cost of the first
-    tree, and divided by the cost of a newly built tree."""
+    """The note gives two ratios: the SAH cost of a refitted tree divided by that of the first
+    frame's tree, and divided by that of a newly built tree."""
     page, animation = NOTE.read_text(), rt.load_animation(name)
     built = build_bvh(animation.scene.triangles)
     refitter = Refitter.of(built)

@@ -90,7 +90,7 @@ def test_schedules_of_a_scene_differ_in_what_they_move() -> None:
                                         "kd-restart", {"schedule": schedule})
              for schedule in ("kernels", "loop")}
     alone = moved["loop"]["bytes"]
-    # Camera rays have one common origin, which is a uniform. The only pass reads directions and
+    # Camera rays have one common origin, a uniform. The only pass of `loop` reads directions and
     # writes hits; states stay in registers.
     assert alone == {"rays": 16 * 1024, "state": 0, "written": 16 * 1024}
     for part in ("rays", "state", "written"):
@@ -177,7 +177,7 @@ def test_the_paragraph_on_stacks_follows_the_numbers(tmp_path: Path, monkeypatch
 
 
 def test_fewer_instructions_need_more_rays_to_hide_fetches() -> None:
-    """A warp waits as long as it computes. Two warps would hide fetches, but only 48 rays fit."""
+    """A warp waits half of its time. Two warps would hide fetches, but only 48 rays fit."""
     peak = 16 * 1350 * 32 / (4 * 17280)     # Mrays/s
     row = ["", 0, 0, None, 17280, 0, 64.0, 48, 0.75, 0.75 * peak, peak]
     assert stacks._rate(row, 1) == pytest.approx(7.5)

@@ -1,7 +1,7 @@
 """Each page with a verdict says on how many scenes and pairs of methods the verdict rests. This
 test counts both again from the page's measurements (cells).
 
-The test does not measure cells. It writes cells whose times all contradict the survey. A figure
+The test does not measure cells, but writes cells whose times all contradict the survey. A figure
 whose verdict is not "contradicted" therefore has too few scenes or pairs.
 """
 from __future__ import annotations
@@ -75,7 +75,7 @@ def _write(cell: Cell, figure: str, folder: Path, real: tuple[str, ...]) -> None
     if cell.method == "kd-packet" and figure == "fig14":     # packets gain more after each mirror
         ns /= 1 + after
     # Before the first mirror, a packet of four rays visits as many nodes as one ray. After five
-    # mirrors, it visits three times as many, but on cornell still as many as one ray.
+    # mirrors, the packet visits three times as many; on cornell, still as many as one ray.
     shared = 1 + (2 * after / 5 if cell.scene != "cornell" else 0)
     nodes = 100 * (shared / 4 if "packet" in cell.method else 1)
     split = {"traversal_seconds": 1.0, "transfer_seconds": 1.0, "intersection_seconds": 1.0,

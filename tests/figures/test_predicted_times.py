@@ -1,4 +1,4 @@
-"""If a paper measured on a card, the figure is judged by the times predicted for this card."""
+"""If a paper's times are from a card, the figure is judged by times predicted for this card."""
 from __future__ import annotations
 
 from dataclasses import replace

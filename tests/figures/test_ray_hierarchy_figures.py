@@ -18,8 +18,8 @@ WIDE = 1 + 1e-5  # relative tolerance for the cones' margins and for float32 rou
 
 
 def test_the_cones_are_those_of_the_rays() -> None:
-    """A node's sphere holds all origins below the node, and its cone holds all directions. Neither
-    is much larger than necessary."""
+    """A node's sphere holds all ray origins below the node; the node's cone holds all directions.
+    Neither is much larger than necessary."""
     levels, _, _ = small_rays.traversal()
     origins, directions = (a.astype(float) for a in small_rays.rays())
     assert [len(level.radius) for level in levels] == [64, 16, 4, 1]

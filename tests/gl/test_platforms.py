@@ -82,7 +82,7 @@ def test_info_names_the_backends_of_the_system(asked, monkeypatch, capsys) -> No
 
 
 def test_commands_need_no_module_of_unix() -> None:
-    """Windows has none of these modules. Every command can be imported without them."""
+    """Windows lacks the modules of Unix below. Every command can be imported without them."""
     code = ("import sys\n"
             "for name in ('fcntl', 'grp', 'pwd', 'resource', 'termios'):\n"
             "    sys.modules[name] = None\n"

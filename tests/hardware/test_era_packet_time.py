@@ -1,4 +1,4 @@
-"""Tests of the time that a card that runs loops would have needed for packets traced here."""
+"""Tests of predicted times: how long packets traced here would have taken on a card with loops."""
 from __future__ import annotations
 
 import pytest

@@ -38,7 +38,7 @@ def test_simulated_passes_are_the_passes_of_the_era_form(method: str) -> None:
         ran = tracer.statistics
     assert dict(zip(issued.kernels, issued.passes)) == {
         name: ran.kernel_passes.get(name, 0) for name in issued.kernels}
-    # The tracer has one more query, which counts the rays that the step cap stopped.
+    # The tracer makes one more query, which counts the rays that the step cap stopped.
     assert issued.queries == ran.queries - 1
 
 

@@ -1,4 +1,4 @@
-"""Tests of predicted times of machines with ray tracing units, of cards and of the Cell."""
+"""Tests of the times predicted for machines with ray tracing units, for cards and the Cell."""
 from __future__ import annotations
 
 from typing import Any

@@ -1,5 +1,5 @@
-"""`gpgpu-rt hardware --methods` tells which methods each card could have run. It compares every
-program of a method with the limits of the card."""
+"""`gpgpu-rt hardware --methods` tells which methods each card could have run. The command compares
+every program of a method with the limits of the card."""
 from __future__ import annotations
 
 import json
@@ -67,7 +67,7 @@ def test_the_table_fits_a_terminal_and_says_why(few, capsys) -> None:
 def test_json_has_every_reason_of_every_card(few, capsys) -> None:
     assert main(["hardware", "--methods", "--json"]) == 0
     found = {card["chip"]: card for card in json.loads(capsys.readouterr().out)}
-    # Under `loop` the state stays in registers. Under `step` each pass writes it to targets.
+    # Under `loop` the state stays in registers. Under `step` each pass writes the state.
     assert found["R420"]["refuses"]["kd-short-stack loop"] == [
         "needs loops, the card has no branches"]
     assert found["R420"]["refuses"]["kd-short-stack step"] == [

@@ -28,9 +28,9 @@ def test_runs_follow_their_steps_ray_by_ray() -> None:
 def test_a_visit_of_both_children_pushes_and_a_leaf_pops_or_restarts() -> None:
     """The first leaf pops two nodes, because no ray enters the first popped node. The second leaf
     finds the stack empty and restarts, which counts as one pop. A visit of a leaf does not push,
-    although `needed` keeps its value."""
+    although the field `needed` still says that both children are needed."""
     steps = _column(BEGIN, VISIT, VISIT, TEST, LEAVE, VISIT, LEAVE, VISIT, LEAVE).astype(np.uint8)
-    # Each step reads the state that the step before it wrote.
+    # Each step reads the state that the previous step wrote.
     fields = {"needed": _column(0, 0, 3, 3, 3, 3, 3, 3, 3),
               "pushing": _column(0, 1, 0, 0, 0, 0, 0, 1, 1),
               "popped": _column(0, 0, 0, 0, 0, 2, 0, 0, 0)}

@@ -1,5 +1,5 @@
-"""Stored costs of era kernels (docs/era.md): each current kernel text has its costs, and the costs
-agree with the compilers' listings."""
+"""Stored costs of era kernels (docs/era.md): the current text of each kernel has costs, and the
+costs agree with the compilers' listings."""
 from __future__ import annotations
 
 import re

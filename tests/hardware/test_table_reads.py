@@ -1,5 +1,5 @@
-"""Tests of the texels that rays read, computed from traces of their kernels, and tests of cache
-misses."""
+"""Tests of `table_reads`, which lists the texels that a trace's kernels read, and of `transfers`,
+which counts cache misses."""
 from __future__ import annotations
 
 import numpy as np
@@ -22,7 +22,7 @@ NODE, TREE, LIST, CORNERS = (TABLE * TABLES.index(one)
 
 
 def _trace(kernels: tuple[str, ...], steps: list, node: list, cursor: list) -> KernelTrace:
-    """Returns a trace of a row of rays; each row of an argument is a step."""
+    """Returns a trace of rays in one image row. Each inner list of an argument is a step."""
     def image(rows: list, kind: type) -> np.ndarray:
         return np.array(rows, kind)[:, None, :]
     return KernelTrace(kernels, image(steps, np.uint8), {
@@ -45,7 +45,7 @@ def test_bvh_rays_read_both_texels_of_a_node_before_the_next_ray_s_step() -> Non
     trace = _trace(("traverse", "intersect"), [[1, 1], [2, 0], [1, 0]], [[3, 4], [0, 0], [5, 0]],
                    [[0, 0], [6, 0], [0, 0]])
     tables = {"bvh_node": {}, "triangle": {}}
-    boxes = [TREE + 16 * texel for texel in (6, 8, 7, 9)]   # first texels, then second texels
+    boxes = [TREE + 16 * texel for texel in (6, 8, 7, 9)]   # both first texels, then both second
     assert table_reads(trace, tables, (1, 2)).tolist() == boxes + [
         CORNERS + 16 * (18 + k) for k in range(3)] + [TREE + 16 * 10, TREE + 16 * 11]
 
@@ -69,8 +69,8 @@ def test_unknown_reads_are_refused(method: str, kernel: str) -> None:
 
 @pytest.mark.parametrize("method, options", METHODS)
 def test_reads_are_those_of_the_compiled_kernels(method: str, options: dict) -> None:
-    """All runs together read as many texels as the compiled kernels fetch, and each read lies
-    within its table."""
+    """All kernel runs together read as many texels as the compiled kernels fetch, and each read
+    lies within its table."""
     scene = rt.load_scene("cornell")
     with rt.Tracer(scene, method, **options, **STEPWISE) as tracer:
         trace = record_trace(tracer, (16, 16), lambda: tracer.trace(
@@ -96,8 +96,8 @@ def test_lines_begin_anew_in_each_table() -> None:
 
 @pytest.mark.parametrize("seed", [3, 4])
 def test_a_direct_mapped_cache_misses_what_its_places_lost(seed: int) -> None:
-    """`transfers` counts the same misses as a simulation that looks up one line after the
-    other."""
+    """`transfers` counts the same misses as a simulation that looks up the cache lines one
+    by one."""
     random = np.random.default_rng(seed)
     lines = random.integers(0, 40, 500) + (random.integers(1, 3, 500) << 40)
     for places in (1, 8, 16, 1000):

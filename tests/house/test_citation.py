@@ -1,4 +1,4 @@
-"""CITATION.cff and the paper agree with the package: version, licence, authors and works."""
+"""CITATION.cff and the paper agree with the package: version, licence, authors and cited works."""
 from __future__ import annotations
 
 import configparser

@@ -42,8 +42,8 @@ def _name(path: Path) -> str:
 
 
 def _broken(page: Path) -> list[str]:
-    """Returns the links of a page whose target, a file or a heading, does not exist. Links to the
-    web are left out."""
+    """Returns a page's links to files or headings that do not exist. Links to the web are left
+    out."""
     found = []
     for link in _LINK.findall(_text(page)):
         if link.startswith(("http:", "https:")):

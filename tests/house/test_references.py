@@ -70,9 +70,9 @@ OWN = [row for row in rt.methods() if not Path(row.glsl).is_absolute()]
 
 @pytest.mark.parametrize("row", OWN, ids=lambda row: row.name)
 def test_every_method_s_paper_is_one_work_of_the_survey(row: rt.Method) -> None:
-    """A row's citation names one work. Each section that the list records for the work exists in
-    the survey. If a GLSL file of the method cites a section, and the text before it cites this
-    work alone, the list records the section."""
+    """A method's citation names one work. Each section that the list of references gives for the
+    work exists in the survey. If a GLSL file of the method cites a section, and the text before
+    this citation cites this work alone, the list gives the section."""
     work = find_work(row.citation)
     assert work is not None and work.sections and set(work.sections) <= set(SECTIONS)
     assert reference(row.citation).endswith(f"(survey, {work.discussed})")

@@ -1,5 +1,5 @@
 """The tour's chapters follow one another, and its pictures can be made anew. test_snippets.py runs
-the commands of the tour and compares their output."""
+the commands of the tour and checks their output."""
 from __future__ import annotations
 
 import re

@@ -32,7 +32,7 @@ def data_files() -> set[Path]:
 
 
 def listed_files() -> set[Path]:
-    """Returns the files that setup.cfg puts into a wheel beside Python files."""
+    """Returns the files that setup.cfg puts into a wheel in addition to Python files."""
     return {path for package, patterns in config()["options.package_data"].items()
             for pattern in patterns.replace(",", "\n").split()
             for path in _folder_of(package).glob(pattern) if path.is_file()}

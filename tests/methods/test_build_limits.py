@@ -1,5 +1,5 @@
-"""Tests of builders: scenes of extreme scales, coordinates and options that are refused, limits of
-depth, costs of trees, and the order of triangles in a leaf."""
+"""Tests of builders: extreme scales, refused coordinates and options, limits of depth, costs of
+trees, and the order of triangles in a leaf."""
 from __future__ import annotations
 
 import numpy as np

@@ -58,7 +58,7 @@ def test_settings_trace_as_their_options_do(scene, found, tmp_path) -> None:
 
 
 def test_two_choices_come_back(scene, pair, tmp_path) -> None:
-    """A tracer made from a file with two choices picks one of the methods according to its
+    """A tracer made from a file with two choices picks one of the methods according to the
     rays."""
     path = tmp_path / "settings.json"
     pair.save(path)

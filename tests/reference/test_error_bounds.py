@@ -49,8 +49,8 @@ def depths(triangle: np.ndarray, origin: np.ndarray, direction: np.ndarray) -> l
 @pytest.mark.parametrize("seed", [1])
 @pytest.mark.parametrize("kind", KINDS)
 def test_against_rationals(kind: str, seed: int) -> None:
-    """The numpy mirror of the float32 test, and the float64 evaluation, differ from the exact
-    values by at most their bounds."""
+    """The numpy mirror of the float32 test, and the float64 evaluation, each differ from the exact
+    values by at most their error bounds."""
     pairs = aimed_pairs(kind, 120, seed)
     accepted, *found = intersect_pairs(*pairs)
     bounds = {arithmetic: bound_pairs(*pairs, arithmetic) for arithmetic in (FLOAT32, FLOAT64)}

@@ -14,8 +14,8 @@ WAYS = {"brute force": {"accelerated": False}, "tree": {"accelerated": True}}
 
 
 def square(cells: int) -> np.ndarray:
-    """Returns the square [0, cells]^2 in z = 0 as triangles, (2 cells^2, 3, 3). All coordinates
-    are whole numbers."""
+    """Returns the square [0, cells]^2 in the plane z = 0 as triangles, (2 cells^2, 3, 3). All
+    coordinates are whole numbers."""
     x, y = (axis.reshape(-1) for axis in np.meshgrid(np.arange(cells), np.arange(cells)))
     a, b, c, d = (np.stack((x + i, y + j, 0 * x), 1) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
     return np.stack((np.stack((a, b, c), 1), np.stack((a, c, d), 1)), 1).reshape(-1, 3, 3)

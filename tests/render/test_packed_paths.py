@@ -84,8 +84,8 @@ def test_auto_packs_large_waves(precise_renderer, small, monkeypatch, least: int
 @pytest.mark.parametrize("samples", [5, 37])
 def test_the_same_bits_of_several_waves(precise_renderer, small, monkeypatch,
                                         samples: int) -> None:
-    """Packing changes no bit if a picture takes several waves and the last wave has texels without
-    a path."""
+    """Packing changes no bit, even if a picture takes several waves and the last wave has texels
+    without a path."""
     monkeypatch.setattr(path, "WAVE", 8 * SIZE[0] * SIZE[1])
     found = {}
     with rt.Tracer(path_scenes.everything()) as tracer:

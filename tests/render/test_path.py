@@ -55,7 +55,7 @@ def test_cornell_box_within_its_noise(seed: int) -> None:
     found = radiance(scene, (16, 16), 128, seed=seed)
     truth = path_picture(scene, (16, 16), 128, PathSettings(seed=seed + 1))
     off = np.abs(found - truth.mean)
-    # Two noises of equal size give a factor of sqrt(2). A factor of 2 also allows for long tails.
+    # A difference has sqrt(2) times the noise. A factor of 2 also allows for long tails.
     assert off.mean() < 2 * truth.error.mean()
     total = np.sqrt(2 * (truth.error ** 2).sum(axis=(0, 1)))
     assert (np.abs((found - truth.mean).sum(axis=(0, 1))) < 4 * total).all()
@@ -66,7 +66,7 @@ def test_cornell_box_within_its_noise(seed: int) -> None:
 def test_cornell_box_at_4096_samples() -> None:
     """The mean relative error at 64 x 64 against an independent renderer's picture is small.
 
-    Beyond the noise of that picture, the mean error of the luminance is below 1 %. The mean error
+    Without that picture's own noise, the mean error of the luminance is below 1 %. The mean error
     of the channels, dark channels included, is below 1.15 %.
     """
     found = radiance(path_scenes.cornell_lit(), (64, 64), 4096, roulette=16)

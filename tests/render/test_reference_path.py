@@ -18,8 +18,8 @@ from gpgpu_rt.scene.texture import Texture
 
 
 def assert_within_noise(picture: PathPicture, expected: np.ndarray, closeness: float) -> None:
-    """Check that each pixel is right within its noise. The relative error of the picture's mean
-    must be below ``closeness``."""
+    """Check that each pixel is within 5.5 standard errors of ``expected``. The relative error of
+    the picture's mean must be below ``closeness``."""
     off = np.abs(picture.mean - expected)
     assert (off <= 5.5 * picture.error + 1e-9).all()
     mean = np.broadcast_to(expected, off.shape).mean(axis=(0, 1))
@@ -78,8 +78,8 @@ def test_an_even_image_hides_a_white_ball(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [10])
 def test_direct_light_of_a_bright_texel(seed: int, monkeypatch) -> None:
-    """The mean follows from the irradiance, whether or not paths sample the bright texel directly.
-    Direct sampling lowers the noise to less than a fifth."""
+    """Within the noise, pixels equal values computed from the irradiance, whether or not paths
+    sample the bright texel directly. Direct sampling lowers the noise to less than a fifth."""
     scene, expected = path_scenes.image_lit_floor()
     settings = PathSettings(seed=seed, sampler="random")
     asked = path_picture(scene, (4, 4), 1000, settings)

@@ -276,7 +276,7 @@ def test_pictures_are_described(tmp_path: Path, judged: Path, monkeypatch) -> No
     read = Reader((tmp_path / "report.html").read_text())
     texts = read.alternatives
     assert "Dots show the times of three methods on two scenes." in texts
-    ours = [text for text in texts if text != "the stadium"]    # of the figure
+    ours = [text for text in texts if text != "the stadium"]    # that text is in fig12.md
     assert len(ours) >= 6 and all(len(text.split()) > 6 for text in ours)
     named = {title.strip().lower() for title in read.titles}
     assert len(named) == len(read.titles)       # no title is repeated

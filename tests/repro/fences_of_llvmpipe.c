@@ -14,7 +14,7 @@
 
 extern void __libc_free(void *);
 
-/* In struct lp_fence, 8 bytes precede the mutex, and the condition variable follows it. */
+/* In struct lp_fence, 8 bytes precede the mutex, and the condition variable follows the mutex. */
 enum { BEFORE_MUTEX = 8, OWNER = 2 };
 
 int checked, freed;

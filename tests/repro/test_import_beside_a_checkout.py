@@ -1,5 +1,5 @@
-"""In the past, Python imported a folder named gpgpu_rt in the current folder instead of the
-package. So the package was empty in the folder that contains the checkout."""
+"""In the past, if the current folder contained a folder named gpgpu_rt, such as a checkout, Python
+imported that folder instead of the package."""
 from __future__ import annotations
 
 import os

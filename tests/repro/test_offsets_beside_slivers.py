@@ -10,7 +10,7 @@ from gpgpu_rt.hits import Hits
 from gpgpu_rt.numerics.watertight import intersect_pairs
 from gpgpu_rt.reference.spawn import spawn
 
-# A triangle, u and v of a hit, and the direction of the new ray. The triangles are one to
+# A triangle, u and v of a hit, and the direction of the new ray. The triangles are 1.2 and
 # 2.3 million times as long as wide.
 CASES = {
     "oblique": ([[-3613562.0, -517592.90625, -6403445.0],

@@ -1,5 +1,5 @@
-"""In the past, trimesh_ray failed for a direction so short that t overflows float32. It returned
-NaN locations, and reported the two sides of a box as one hit."""
+"""In the past, trimesh_ray failed if a direction was so short that t overflows float32. The module
+returned NaN locations, and reported the two sides of a box as one hit."""
 from __future__ import annotations
 
 import numpy as np

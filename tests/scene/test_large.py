@@ -157,8 +157,8 @@ def test_coarsened_kd_trees(most: int) -> None:
 
 
 def test_the_limit_is_asked_for_only_where_it_could_be_passed() -> None:
-    """`node_limit` sets a limit only if a tree with this number of triangles could exceed the
-    limit."""
+    """`node_limit` sets a limit only if a tree with the given number of triangles could exceed
+    the limit."""
     assert node_limit(10**6) == node_limit(EXACT_INTEGER // 2) == {}
     assert node_limit(EXACT_INTEGER // 2 + 1) == {"most_nodes": EXACT_INTEGER}
     assert node_limit(10**6, 8) == {} and node_limit(1_048_577, 8) == {

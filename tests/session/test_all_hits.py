@@ -57,7 +57,7 @@ def test_all_hits_are_those_of_all_pairs(exact_renderer, method: str, schedule: 
                                          seed: int) -> None:
     scene = doubled_soup(seed)
     origins, directions = rays_through(scene, seed)
-    # Leave out the far ray: the tracer moves its origin, so its t rounds differently.
+    # Leave out the far ray: the tracer moves the ray's origin, so t rounds differently.
     origins = np.delete(origins, 5, 0)
     directions = np.delete(directions, 5, 0)
     ray, t, triangle = all_pairs(scene, origins, directions)

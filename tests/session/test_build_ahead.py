@@ -87,7 +87,7 @@ def test_a_bad_frame_is_reported_after_the_frame_before_it() -> None:
     ("kd-stack", {"build": "zhou", "build_device": "gpu"}, "builds with passes"),
     (rt.Choices(rt.Choice("bvh-packet"), rt.Choice("kd-restart")), {}, "has two")], ids=str)
 def test_what_cannot_be_built_ahead(method, options: dict, message: str) -> None:
-    """`updates` is refused if passes build the structure, or if the tracer has two structures."""
+    """`updates` is refused if GPU passes build the structure, or if there are two structures."""
     with rt.Tracer(SCENE, method, **options) as tracer:
         with pytest.raises(rt.OptionError, match=message):
             tracer.updates(positions())

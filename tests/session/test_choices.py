@@ -1,5 +1,5 @@
-"""With the method "auto", a tracer has two choices: a method with options for coherent rays, and a
-method with options for incoherent rays. In each call, the rays decide between the choices."""
+"""With the method "auto", a tracer has two choices (methods with options): one for coherent rays,
+and one for incoherent rays. In each call, the rays decide between the choices."""
 from __future__ import annotations
 
 import pickle

@@ -100,7 +100,7 @@ def test_moved_triangles_are_followed():
 
 
 def test_a_loop_that_the_renderer_ends_early_is_an_error(scenes, monkeypatch):
-    """No scene with such long loops is known, so the test makes the loop stop early."""
+    """No known scene has a loop of such length, so the test makes the loop stop early."""
     def cut_short(*given):
         found = packet_loop(*given)
         text = (ROOT / "era" / "packet_loop.glsl").read_text()
@@ -114,7 +114,7 @@ def test_a_loop_that_the_renderer_ends_early_is_an_error(scenes, monkeypatch):
 
 
 def _counting() -> str:
-    """Returns the whole program, changed to write each kernel's number of runs, not hits."""
+    """Returns the whole program, changed to write each kernel's number of runs instead of hits."""
     text = (ROOT / "era" / "packet_loop.glsl").read_text()
     text = re.sub(r"( +)(\w+)(\(rays, state, hit\);)", r"\1\2\3\n\1++count_\2;", text)
     text = text.replace("void main", "".join(f"float count_{name} = 0.0;\n" for name in KERNELS)

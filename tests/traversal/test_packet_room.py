@@ -1,5 +1,5 @@
-"""A packet method writes its hits in one of two forms: for the arrays of a caller, or into
-textures of single rays for later passes. The hits are the same in both forms."""
+"""A packet method writes its hits in one of two layouts: that of a caller's arrays, or that of
+textures of single rays for later passes. The hits are the same in both layouts."""
 from __future__ import annotations
 
 import numpy as np
@@ -18,7 +18,7 @@ def test_arrays_and_passes_get_the_same_hits(precise_renderer, method: str,
                                              packet: tuple[int, int], size: tuple[int, int]
                                              ) -> None:
     """All hits equal the hits of brute force. This also holds if statistics need the hits in the
-    textures of single rays, and if packets do not divide the image."""
+    textures of single rays, and if packets extend beyond the image."""
     scene = soup_scene(500, 5)
     rays = scene.camera.rays(size)
     with rt.Tracer(scene, "brute-force") as tracer:

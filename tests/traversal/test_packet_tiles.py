@@ -41,7 +41,7 @@ def whole(tracer: rt.Tracer, *rays: np.ndarray, **ends: object) -> rt.Hits:
 def test_bounds_of_tiles(monkeypatch: pytest.MonkeyPatch, broken: float, at_once: int,
                          size: tuple[int, int], t_min: float) -> None:
     """A tile's bounds are the bounds of the directions of all its live rays, whatever the size of
-    the blocks of rays. A batch has no tiles if a row of tiles has more rays than a block."""
+    the batch's blocks. A batch has no tiles if a row of tiles has more rays than a block."""
     monkeypatch.setattr(ray_batch, "AT_ONCE", at_once)
     rng = np.random.default_rng(3)
     width, height = size
@@ -85,7 +85,7 @@ def test_no_hit_is_left_out(precise_renderer, method: str, packet: tuple[int, in
     t_max = np.where(rng.random(origins.shape[:2]) < 0.1, -1.0, np.inf)
     t_max[:, :size[0] // 3] = -1.0  # in a large image, whole tiles have no live ray
     broken = directions.copy()
-    broken[-1, -1] = np.nan  # now the rays have no common origin
+    broken[-1, -1] = np.nan  # the batch replaces this ray's origin, so origins differ
     with rt.Tracer(scene, method, packet=packet) as tracer:
         for along in (directions, broken):
             ends = {"t_max": t_max.ravel(), "invalid": "miss"}
@@ -123,8 +123,8 @@ def test_each_packet_is_drawn_once(part: float, size: tuple[int, int], packet: t
 @pytest.mark.parametrize("octants", [False, True], ids=["stack", "octants"])
 @pytest.mark.parametrize("tile", ENTRIES[1:])
 def test_no_aimed_ray_is_left_out(precise_renderer, tile: int, octants: bool, seed: int) -> None:
-    """No ray is lost if all rays of a tile aim at one vertex or one point of an edge. The beam
-    around the rays is then as narrow as a ray, and bounding boxes end at this point."""
+    """No ray is lost, even if all rays of a tile aim at one vertex or one point of an edge. The
+    beam around the rays is then as narrow as a ray, and bounding boxes end at this point."""
     scene = soup_scene(300, seed, size=0.05)
     rng = np.random.default_rng(seed)
     count = 24

@@ -22,7 +22,7 @@ OURS = {"bvh-threaded": {}, "kd-short-stack": {},
 ENGINES = {"native": Native, "embree": Embree,
            **{name: lambda mesh, name=name, options=options: RayMeshIntersector(
                mesh, name, **options) for name, options in OURS.items()}}
-# Embree is not exact: after a hit, the search continues from a point slightly behind the hit.
+# trimesh's use of Embree is not exact: a search continues slightly behind the previous hit.
 EXACT = [name for name in ENGINES if name != "embree"]
 
 
@@ -186,7 +186,7 @@ def test_a_sheet_seen_from_afar_has_two_sides(name: str) -> None:
 @pytest.mark.parametrize("seed", [4, 5], ids="seed{}".format)
 def test_a_place_is_named_once_however_many_triangles_meet_there(seed: int) -> None:
     """A location is reported once, however many triangles meet there. Rays from inside a ball aim
-    at vertices, midpoints of edges and faces."""
+    at vertices, at midpoints of edges and at points in faces."""
     mesh = trimesh.creation.icosphere(subdivisions=2)
     rng = np.random.default_rng(seed)
     weights = np.concatenate([np.eye(3), (1 - np.eye(3)) / 2, rng.dirichlet((1, 1, 1), 3)])

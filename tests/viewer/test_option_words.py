@@ -11,7 +11,7 @@ from gpgpu_rt.options import AUTOMATIC, OFF, TRACER_OPTIONS, Option
 from gpgpu_rt.render.integrators import INTEGRATORS
 from gpgpu_rt.viewer.automatic import shown
 
-LONGEST = 24        # characters of a label, which has its own column in the panel
+LONGEST = 24        # limit on a label's characters, so that it fits its column in the panel
 
 
 @pytest.mark.parametrize("options", [

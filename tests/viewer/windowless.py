@@ -1,4 +1,4 @@
-"""Helpers of the tests of a viewer without a window. The fixtures of these tests are in
+"""Helpers for tests of the viewer without a window. The fixtures of these tests are in
 tests/conftest.py."""
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Measures a page: the time to the first picture, the time from each move of a drag until the page
-shows the picture for this move, and the processor time of the browser."""
+"""Measures a page: the time to the first picture, the time from each move of a drag to the picture
+for this move, and the processor time of the browser."""
 from __future__ import annotations
 
 import os
@@ -31,7 +31,7 @@ def first_picture(browser: Browser, page: Path, choices: str = "") -> float:
 
 def answers(browser: Browser, moves: int = 20) -> list[float]:
     """Returns the milliseconds from each move of a drag until the page shows the picture for the
-    move. Before, open the page with ``first_picture``."""
+    move. First open the page with ``first_picture``."""
     browser.wait("element('selftest').dataset.state === 'done'", 600)
     settle(browser)
     left, top, width, height = browser.box("#picture")

@@ -1,5 +1,5 @@
 """Tests the gallery. It has a page for each method that runs in a browser, a page (a "twin") for
-each of some figures of ``make figures``, and an index that links to all pages."""
+some of the figures of ``make figures``, and an index that links to all pages."""
 from __future__ import annotations
 
 import re

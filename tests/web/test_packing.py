@@ -25,7 +25,7 @@ def bits(*words: int) -> np.ndarray:
 def records() -> np.ndarray:
     """Returns records of two texels.
 
-    The first channel is 0, 1, 2 or, in all other records, a running number from 3 on. Its value
+    The first channel is 0, 1, 2 or, in all other records, a running number from 3 on. This value
     divides the records into classes (packing.py). The second channel is an integer whose formula
     depends on the class. The second texel holds floats of both signs.
     """

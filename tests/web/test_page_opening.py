@@ -81,7 +81,7 @@ def test_a_button_goes_to_the_end_of_the_ray(browser: Browser, tmp_path: Path) -
            "method=kd-restart&schedule=step&rays=64&pass=5&ray=0.2,0.6")
     end = browser.run("path.states.length - 1")
     assert 5 < end < browser.run("counted.last")
-    # A dashed mark stands in the chart at the end of the ray.
+    # In the chart, a dashed mark shows the step at which the ray ends.
     marks = """(() => {
         const {width, height} = element("alive"), context = element("alive").getContext("2d");
         const {data} = context.getImageData(0, height - 30, width, 30);

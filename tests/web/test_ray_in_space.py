@@ -1,5 +1,5 @@
 """The page shows the path of a clicked ray. The path's states equal the states of the host's
-tracer, and its boxes agree with the boxes in a tree's tables."""
+tracer. The path's boxes agree with the boxes in a tree's tables."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -83,7 +83,7 @@ def test_boxes_and_triangles_are_on_the_way(exact_renderer, page: Browser, metho
     for one, (lo, hi) in boxes:
         assert (lo <= hi).all()
         # While a ray climbs, its interval is the whole rest of its path. The node that a rope
-        # leads to may be smaller than this rest.
+        # leads to may contain only a part of this rest.
         if one["interval"] and one["kernel"] not in ("climb", "follow_rope"):
             start, end = one["interval"]
             end = start if method == "kd-ropes" else max(start, end)

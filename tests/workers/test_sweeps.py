@@ -25,7 +25,7 @@ pytest.importorskip("distributed")
 
 TREES = [Cell("cornell", "kd-restart", (("max_depth", depth),), work="tree")
          for depth in range(4, 10)]
-# In the order of names, this scene comes after the scene of TREES.
+# A sweep sorts cells by the names of scenes. This scene comes after the scene of TREES.
 TIMED = [Cell("shirley6", method, size=16, runs=1) for method in ("grid", "kd-restart")]
 NOT_THE_CELLS = ("processor_seconds", "date")  # values that differ from run to run
 
@@ -47,7 +47,7 @@ def _killing(flag: Path, cell: Cell) -> dict[str, Any]:
 
 def test_a_sweep_is_that_of_one_process(workers: Workers, tmp_path, monkeypatch) -> None:
     """Workers measure the same cells as a single process, even if a worker is killed."""
-    for cell in TREES:  # a single cell is measured without helpers
+    for cell in TREES:  # a single cell is measured without workers
         measure.measure([cell], tmp_path / "alone")
     flag = tmp_path / "killed"
     monkeypatch.setattr(measure, "measured", functools.partial(_killing, flag))

@@ -43,7 +43,7 @@ def with_links(text: str, page: Path, name: str, keep: Callable[[Path], str]) ->
 
 
 def _place(target: Path, keep: Callable[[Path], str]) -> str:
-    """Returns the site's name of a file or folder of the project, or ""."""
+    """Returns a file's or folder's name on the site; "" for a folder without a page."""
     if target in MOVED:
         return MOVED[target]
     if target.is_dir():

@@ -32,7 +32,7 @@ def _section(row: Method) -> str:
 
 
 def default_of(option) -> str:
-    """Returns the cell of an option's default; empty for None, which the meaning explains."""
+    """Returns the cell of an option's default; empty for None, which the help explains."""
     if option.default is None:
         return ""
     return code("no" if option.default is False else "yes" if option.default is True

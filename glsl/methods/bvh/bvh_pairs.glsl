@@ -1,6 +1,6 @@
 // A BVH whose inner nodes hold the boxes of both children, so that a step at one node fetches both boxes.
-// Nodes are float texels or quantised texels (see bvh_nodes.glsl). A child number below 0 is a leaf whose
-// triangles begin at -1 - child.
+// Nodes are float texels or quantised texels (see bvh_nodes.glsl). A child number below 0 names a leaf,
+// whose triangles begin at -1 - child.
 
 uniform int root;
 

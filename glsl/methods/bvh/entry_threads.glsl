@@ -1,7 +1,7 @@
-// Jumps over nodes that the beam around a tile's rays misses, in a packet's walk along escape indices. The
-// beam stops at the roots of subtrees (methods/bvh/beam_step.glsl). From link_1, the node after the first
-// of these subtrees, the walk jumps to link_2, the root of the second. From link_3, the node after the
-// second subtree, the walk jumps to link_4, the root of the third.
+// In a packet's walk along escape indices, jumps over nodes that the beam around the tile's rays misses.
+// The beam stops at the roots of subtrees (methods/bvh/beam_step.glsl). From link_1, the node after the
+// first of these subtrees, the walk jumps to link_2, the root of the second. From link_3, the node after
+// the second subtree, the walk jumps to link_4, the root of the third.
 
 #include "drivers/packet_entry.glsl"
 

@@ -1,5 +1,5 @@
-// Replaces shared_subtrees.glsl in a threaded BVH that stores whole octant copies. The compiler removes
-// `after`, which decides nothing.
+// Replaces shared_subtrees.glsl in a threaded BVH without shared subtrees. `after` has no effect, and the
+// compiler removes it.
 
 int no_way_out;
 

@@ -1,5 +1,5 @@
 #version 330 core
-// Tests the triangles of a leaf for one element of a ray stream. Builders limit the triangles of a leaf.
+// Tests all triangles of a leaf for one element of a ray stream. One pass suffices: builders limit leaves.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Adds rays to the stream, at the root of the tree.
+// Adds rays to the stream (ray_stream.glsl), at the root of the tree.
 
 #include "core/stream.glsl"
 #include <streams>

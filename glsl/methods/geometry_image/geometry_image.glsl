@@ -8,7 +8,7 @@
 //
 // Departures: an image need not be square or a power of two; nodes outside the image do not exist. Several
 // charts form a forest in one pair of textures: the miss link of each root leads to the next root. One pass
-// traces all charts; in the paper it traces one image. The option `level` stops a ray at the quads of a
+// traces all charts; in the paper, one image. The option `level` stops a ray at the quads of a
 // coarser level. The triangles of a mesh that is not an image are laid out along a Morton curve, one per
 // cell. With FRONT_TO_BACK, the links, but not the boxes, are stored eight times, once for each direction
 // octant, so that the nearer child comes first.

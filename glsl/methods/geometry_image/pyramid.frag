@@ -2,8 +2,8 @@
 // Computes the boxes of a level of the min and max pyramids of a geometry image (Carr et al. 2006; see
 // methods/geometry_image/geometry_image.glsl). Each box bounds at most four children on the level below.
 // With CELLS, on the finest level, the box bounds the four texels of the node's cell; adjacent cells share
-// a row or column of texels. With COPY, the box is copied. Colour masks protect the fourth channels, which
-// hold the links.
+// a row or column of texels. With COPY, boxes are copied unchanged. Colour masks protect the fourth
+// channels, which hold the links.
 
 #include "core/fetch.glsl"
 #include <tables>

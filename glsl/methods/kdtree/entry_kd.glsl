@@ -5,7 +5,7 @@
 // both children, or the walk has made MOST_VISITS visits. The paper builds its trees so that they have
 // large empty leaves to skip.
 //
-// Departure: a tile has a list of nodes in the order of the walk; in the paper, a tile has one. Rays skip
+// Departure: a tile has a list of nodes in the order of the walk; in the paper, it has one node. Rays skip
 // the space between the subtrees of the list. Each node on the stack reserves a place in the list, so the
 // list never overflows.
 

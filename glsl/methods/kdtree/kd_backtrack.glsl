@@ -1,11 +1,11 @@
 // kd-backtrack: Foley and Sugerman 2005, section 4 (survey, section 3.4, Figure 11 right). A ray that
-// leaves a leaf without a hit climbs, one parent per step. It stops at the first ancestor whose box
+// leaves a leaf without a hit climbs, one parent per step. The ray stops at the first ancestor whose box
 // overlaps the rest of the ray's interval, and descends from there.
 //
 // The same expression computes the t at which a ray leaves a box or a leaf. If an ancestor's box ends where
-// the leaf ended, the two t are equal, and the climb goes on to the next ancestor. So it stops exactly at
-// the ancestor whose far child comes next. The ray's interval is clipped to the ancestor's box; otherwise
-// the interval in the last leaf of this box would extend beyond the box.
+// the leaf ended, the two t are equal, and the climb goes on to the next ancestor. So the climb ends
+// exactly at the ancestor whose far child comes next. The ray's interval is clipped to the ancestor's box;
+// otherwise the interval in the last leaf of this box would extend beyond the box.
 
 #include "methods/kdtree/kd_common.glsl"
 

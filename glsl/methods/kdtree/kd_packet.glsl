@@ -4,12 +4,12 @@
 // packet enters the near child and pushes the far child. A restart begins at the root, or, with PUSH_DOWN,
 // at the last node that contains the rest of every ray's interval (see kd_push_down.glsl).
 //
-// Addition: with SKIP_EMPTY_LEAVES a packet does not fetch a leaf whose parent marks it as empty. The
+// Addition: with SKIP_EMPTY_LEAVES a packet does not fetch a leaf whose parent marks the leaf as empty. The
 // survey does not say that Horn et al. do so.
 //
-// The rays of a turn agree in the signs of their directions (drivers/packet_turns.glsl). All other rays
-// wait, masked by an empty interval. Options choose the files behind <triangle_tests>
-// (drivers/triangle_by_ray.glsl or triangle_by_axes.glsl), <culling> and <short_stack>.
+// The packet traverses in turns (drivers/packet_turns.glsl): the rays of a turn agree in the signs of their
+// directions. All other rays wait, masked by an empty interval. Options choose the files behind
+// <triangle_tests> (drivers/triangle_by_ray.glsl or triangle_by_axes.glsl), <culling> and <short_stack>.
 
 #define PRESENT(r) (t_min[r] < t_exit[r])
 
@@ -22,8 +22,8 @@ float t_exit[RAYS];
 float t_split[RAYS];
 
 int node;
-int pushed;                   // a restart begins at this node
-bool pushing;
+int pushed;                   // the node at which a restart begins
+bool pushing;                 // whether nothing was pushed since the last start or restart
 bool any_near;
 bool any_far;
 bool any_awake;

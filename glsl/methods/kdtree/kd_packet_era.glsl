@@ -3,15 +3,15 @@
 // per ray, so that one instruction of the card serves four rays.
 //
 // The loop of era/packet_loop.glsl branches to the kernels:
-//   `begin` begins the next turn at the root, with the rays whose directions agree in their signs.
+//   `begin` begins the next turn: a walk from the root, of rays whose directions agree in their signs.
 //   `traverse` visits a node. `push` follows if rays need both children.
 //   `intersect` tests a triangle against the four rays.
 //   `leave` leaves a leaf. `pop` follows if rays go on. `pop` restarts if the stack is empty.
 //
 // Empty leaves are visited, because the survey does not say that Horn et al. skipped them. Boxes are not
 // widened. The cursor in a leaf's list and the node share a field of the state. The node of a free stack
-// entry is 0. A restart begins at the node `pushed`. While `pushed` may still move down, the first entry's
-// node is PUSHING.
+// entry is 0. A restart begins at the node `pushed`, which moves down (PUSH_DOWN) until rays need both
+// children. Until then, the first entry's node is PUSHING.
 
 #define node place      // in a leaf, this field holds the cursor
 #define cursor place
@@ -119,7 +119,7 @@ void push(Packet_rays rays, inout State state, inout Hit hit) {
     state.t_max_0 = state.t_far;
 }
 
-// Test a triangle as core/moller_trumbore.glsl does (Moeller and Trumbore 1997). Rays that wait miss it.
+// Test a triangle as core/moller_trumbore.glsl does (Moeller and Trumbore 1997). Waiting rays miss it.
 void intersect(Packet_rays rays, inout State state, inout Hit hit) {
     float i = reference_triangle(state.cursor);
     vec3 v0 = triangle_v0(i);
@@ -170,7 +170,7 @@ void restart(inout State state) {
     state.phase = TRAVERSE;
 }
 
-// If no ray is awake in the popped node, the phase stays POP.
+// If no ray's interval meets the popped node, the phase stays POP.
 void pop(Packet_rays rays, inout State state, inout Hit hit) {
 #if STACK_SIZE > 0
     if (state.node_0 > FREE) {

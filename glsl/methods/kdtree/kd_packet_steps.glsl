@@ -67,7 +67,7 @@ void repeat_traverse() {
     }
 }
 
-// Leave the leaf, and pop or restart as the packet did. `packet.pushing` is 0 after a pop.
+// Leave the leaf, and pop or restart as the packet did: `packet.pushing` is 1 after a restart, else 0.
 void repeat_leave() {
     leave_ray(0);
     repeat_pops();

@@ -16,7 +16,7 @@
 #include "methods/kdtree/ropes.glsl"
 #include "drivers/packet_turns.glsl"
 
-const int SETTLED = 1 << 24;   // marks a ray that visits no node; larger than every node, so `min` picks a node
+const int SETTLED = 1 << 24;   // the ray visits no node; larger than every node, so `min` picks a node
 
 float t_min[RAYS];
 int ray_node[RAYS];

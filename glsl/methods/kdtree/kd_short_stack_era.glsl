@@ -1,7 +1,7 @@
 // kd-short-stack in the era form (docs/era.md): the search of kd_short_stack.glsl, with a state that needs
 // three of a card's four render targets. Three rules keep the state small, without extra instructions:
-//   1. In a leaf, `place` holds the cursor instead of the node, and t_min holds the end of the leaf's
-//      list. This is possible because leave_leaf() sets node and t_min anew.
+//   1. In a leaf, `place` holds the cursor (the position in the leaf's list) instead of the node; t_min
+//      holds the list's end. This is possible because leave_leaf() sets node and t_min anew.
 //   2. No stack holds the root (node 0), so 0 marks a free entry, and no field counts the entries.
 //   3. The flag `pushing` of kd_short_stack.glsl is set only while the stack is empty. The node PUSHING in
 //      the stack's first entry stands for this flag.

@@ -1,4 +1,4 @@
-// Replaces packet_short_stack.glsl (`stack_size=0`): a kd packet restarts after each leaf.
+// Replaces packet_short_stack.glsl if `stack_size=0`: a packet restarts after each leaf.
 
 void clear_stack() {
 }

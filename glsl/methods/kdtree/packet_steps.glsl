@@ -8,8 +8,8 @@
 //
 // A kernel loads the places of all rays and lets the rays vote, but stores only the packet's decision. A
 // second pass repeats the kernel for each ray, and stores the ray's new place (packet_ray.glsl). For this
-// pass, the fields `last` and `from` hold the last kernel and its node. The field `turns` has a bit for
-// each turn that has not begun.
+// pass, the fields `last` and `from` hold the last kernel and the node where it ran. The field `turns` has
+// a bit for each turn that has not begun.
 //
 // The method's file for `step` defines `traverse` and `load_ray`. It also defines `clear_packet`,
 // `load_packet` and `store_packet`, which handle the method's own fields in the packet's state.
@@ -19,8 +19,8 @@ void clear_packet();
 void load_packet();
 void store_packet();
 
-// The texel of ray r. A ray beyond the edge of the ray textures never enters the tree, so another ray's
-// texel serves.
+// The texel of ray r. A ray beyond the edge of the ray textures never enters the tree, so it may load
+// another ray's texel.
 ivec2 own_texel(int r) {
     return min(ray_texel(r), ray_texture_size - 1);
 }

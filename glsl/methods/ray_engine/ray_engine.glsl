@@ -1,5 +1,5 @@
 // The Ray Engine: Carr, Hall, Hart, "The Ray Engine", Graphics Hardware 2002 (survey, section 3.1, Figures
-// 4 and 5). The host walks rays through a grid, or through an octree if the option `cells` says so, and
+// 4 and 5). The host walks rays through a grid, or an octree if the option `cells` says so. The host
 // puts the rays in each cell into a queue. Textures hold one batch of rays at a time. Each triangle of the
 // queue's cell is drawn as a quad over the rays of the queue, so the rasteriser generates one fragment for
 // each pair of ray and triangle.

@@ -72,7 +72,7 @@ Cone cone_over(Cone children[4]) {
 // Rounding: q has a relative error of U. The errors of h and w are at most UNIT_ERROR * |q|, for an axis
 // with an error of UNIT_ERROR. The error of cos a is 2 U, and sin a has a relative error of 16 U for chords
 // below ALL_DIRECTIONS. The triangle test itself has an error of some tens of unit roundoffs
-// (ARITHMETIC_UNIT) times the distance from origin to corners, at most |q| + s (as in core/slack.glsl).
+// (ARITHMETIC_UNIT) times the distance from origin to corners, which is at most |q| + s (core/slack.glsl).
 // SLACK is more than the sum of these errors. If a value is NaN, the result is true.
 const float SLACK = 64.0 * ARITHMETIC_UNIT + 64.0 * U;
 

@@ -1,7 +1,7 @@
 #version 330 core
 // Writes the final state of the rays, after the last batch of triangles. A ray that the step cap did not
-// stop is done. A ray's counter of visited nodes is the number of visits of the ray's first-level node.
-// This number includes visits of the node's ancestors (visits_below.frag).
+// stop is done. A ray's counter of visited nodes is the number of visits to the ray's first-level node and
+// to the ancestors of this node (visits_below.frag).
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Adds the number of visits of a node to the visits of its children, by blending.
+// Adds a node's visits to the visits of its fan.x * fan.y children, by blending.
 
 #include <records>
 

@@ -3,12 +3,12 @@
 // contains the ray. The beam has a list of candidate triangles in their order along the beam. A binary
 // search finds where the ray starts in the list. From there the ray tests candidates until a candidate
 // begins behind the hit: forwards if the ray goes up the beam's axis, and backwards if it goes down. A ray
-// that crosses the plane beyond all tiles hits nothing.
+// that crosses the plane beyond all of the plane's tiles hits nothing.
 //
-// Departure: a beam lists all triangles that a ray of any direction in its cell may meet. The paper's beam
-// lists the triangles that rays of one sample direction meet. If the origin is so far away that the error
-// of the crossing point is larger than the margin of the beams, the ray uses the list of its axis, which
-// holds all triangles.
+// Departure: a beam lists all triangles that rays of any direction in the beam's cell may meet. The paper's
+// beam lists the triangles that rays of one sample direction meet. If the origin is so far away that the
+// error of the crossing point exceeds the margin of the beams, the ray uses the list of its dominant axis,
+// which holds all triangles.
 
 uniform int directions;
 uniform int tiles;
@@ -43,8 +43,8 @@ int beam_of(Ray ray) {
     return (beam * tiles + int(tile.y)) * tiles + int(tile.x);
 }
 
-// Two bounds on the ray's coordinate along its axis at t, which allow for rounding. A ray passes the
-// earlier bound first.
+// Two bounds on the ray's coordinate along its dominant axis, at t. The bounds allow for rounding. A ray
+// passes the earlier bound first.
 float earliest(Ray ray, float t) {
     float at = R(t * permute(ray, ray.direction).z);
     return R(permute(ray, upward(ray) ? ray.hi_origin : ray.lo_origin).z + at);

@@ -1,8 +1,8 @@
 #version 330 core
 // Computes the cone around a tile's rays (methods/ray_tiles/cone.glsl), in the second of two passes, after
 // tile_spans.frag. Other methods widen boxes by a slack, because the triangle test rounds
-// (core/slack.glsl). Here the cone's radius grows instead by the square root of 3 times the largest slack.
-// This growth covers the slack on all three axes.
+// (core/slack.glsl). Here the cone's radius grows instead by sqrt(3) times the largest slack. This growth
+// covers the slack on all three axes.
 
 #include "core/precision.glsl"
 #include <streams>

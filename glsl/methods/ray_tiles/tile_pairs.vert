@@ -1,7 +1,7 @@
 #version 330 core
 // Draws a pair of a triangle and a tile of rays as the tile's square. If no ray of the tile can meet the
 // triangle, the square moves outside the image, so the fragment stage sees only the pairs that pass.
-// Triangles are drawn in their order, each triangle once for each tile.
+// Triangles are drawn in the order of their indices, each triangle once for each tile.
 //
 // With `equal` (the second draw), triangles beyond the ends of the rays are not rejected. A very small t
 // loses bits, so a ray may end before the triangle that gives this t. A rejection would lose this triangle.

@@ -1,7 +1,7 @@
 #version 330 core
-// Computes the middle of a tile's origins and the mean of its directions. The next pass puts a cone around
-// the rays (methods/ray_tiles/tile_cones.frag). Any middle gives a correct cone, because the next pass
-// measures the rays from this middle. 0.5 * lo + 0.5 * hi is finite even if hi - lo overflows.
+// Computes the middle of the origins of a tile's rays, and the mean of their directions. The next pass puts
+// a cone around the rays (methods/ray_tiles/tile_cones.frag). Any middle gives a correct cone, because the
+// next pass measures the rays from this middle. 0.5 * lo + 0.5 * hi is finite even if hi - lo overflows.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -20,7 +20,7 @@ vec2 interval_in(Ray ray, int node) {
     return vec2(box_entry(ray, lo, hi), box_exit(ray, lo, hi));
 }
 
-// Cells do not overlap, so a hit before the leaf's end is the nearest hit.
+// Leaves do not overlap, so a hit before the leaf's end is the nearest hit.
 bool is_settled(State state, Hit hit) {
     return hit.t < state.t_max;
 }

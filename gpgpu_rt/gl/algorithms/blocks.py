@@ -76,7 +76,7 @@ def _ranks(room: StreamRoom, source: Stream, texels: int, defines: Mapping[str, 
 
 def _segments(room: StreamRoom, target: Stream, source: Stream, ranks: Stream, starts: Stream,
               defines: Mapping[str, object]) -> None:
-    """Draw each block's line (two lines if it crosses a row's end). Drop ranks and starts."""
+    """Draw each block's line (two lines if it crosses a row's end). Drop `ranks` and `starts`."""
     target.framebuffer.viewport = (0, 0, 2 * TABLE_WIDTH, rows_of(target.length))
     room.scatter("algorithms/segments", target, [source, ranks, starts], 4 * (starts.length - 1),
                  mode=moderngl.LINES, defines={"BLOCK": BLOCK, **defines}, texels=ranks.length)

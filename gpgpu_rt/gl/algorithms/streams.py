@@ -113,7 +113,7 @@ class StreamRoom:
 
         Parameters
         ----------
-        reads : the streams that the program reads; only the first of several with one name
+        reads : the streams that the program reads; only the first of each name is used
         """
         count = target.length - first if count is None else count
         if count <= 0:

@@ -15,7 +15,7 @@ from ..bvh.tables import last_of_leaves
 from .records import BIH_BOUNDS, BIH_NODE, BIH_STATE
 from .tree import LEAF, build_bih
 
-# The root's value in the field `side`; other nodes use 0 to 5.
+# The root's value in the field `side`; records.py explains the values of other nodes, 0 to 5.
 ROOT = 6
 
 

@@ -22,8 +22,8 @@ from ...accel.runs import expand, owners, run_starts
 from ...accel.sound import alike, are_pairs, each_once, named
 
 LEAF = 3            # the axis of a leaf
-# Limit on the halvings of an axis between a node and its child. Scaled centres lie between -1 and
-# 1 and are multiples of 2^-149, so about 150 halvings separate any two different centres.
+# Limit on the halvings of a cell across one axis before a plane separates its centres. Scaled
+# centres lie between -1 and 1 and are multiples of 2^-149, so about 150 halvings are enough.
 HALVINGS = 160
 
 
@@ -146,7 +146,7 @@ def build_bih(triangles: np.ndarray, *, max_leaf: int = 4, max_depth: int = 64,
 
 def _spread(middle: np.ndarray, order: np.ndarray,
             starts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and highest box centres of k nodes' triangles, (3, k) float64 each."""
+    """Return the lowest and highest box centres in each of k nodes, (3, k) float64 each."""
     where = [middle[a][order] for a in range(3)]
     return tuple(np.stack([bound.reduceat(w, starts) for w in where]).astype(np.float64)
                  for bound in (np.minimum, np.maximum))

@@ -32,7 +32,7 @@ BUILD_OPTIONS = (
 
 
 def automatic_values(options: Mapping[str, Any]) -> dict[str, int]:
-    """Return option -> the value that `built_bvh` uses if the option is None."""
+    """Return a dict: option -> the value that `built_bvh` uses if the option is None."""
     bits = {"lbvh": AXIS_BITS, "hybrid": CLUSTER_BITS}.get(options["build"])
     return {} if bits is None else {"morton_bits": bits}
 

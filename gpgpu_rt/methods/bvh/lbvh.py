@@ -119,7 +119,7 @@ class RadixTree:
                         np.where(after > before, last, first - 1))
 
     def cut(self, kept: np.ndarray, order: np.ndarray) -> LooseTree:
-        """Return the tree whose inner nodes are the kept gaps. Slots between them form leaves.
+        """Return the tree with the kept gaps as inner nodes. Slots between kept gaps form leaves.
 
         kept : (n - 1,) bool; the ancestors of a kept gap must be kept too
         order : (n,) int64, the triangle of each slot

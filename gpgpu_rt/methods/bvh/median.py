@@ -1,7 +1,7 @@
 """Median build: halve the triangles, sorted by centroid, until each leaf has a single triangle.
 
 T. L. Kay, J. T. Kajiya, "Ray tracing complex scenes", SIGGRAPH 1986, section 4. Thrane and
-Simonsen (2005) built binary trees of axis-aligned boxes like this. Kay and Kajiya cycle through
+Simonsen (2005) built binary trees of axis-aligned boxes in this way. Kay and Kajiya cycle through
 the axes (`axis="cycle"`). The default splits along the axis with the largest extent of centroids.
 """
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Octant copies: makes eight copies of a tree, each front to back for the rays of an octant."""
+"""Octant copies: copies a tree eight times, ordered front to back for the rays of each octant."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ from ...accel.options import in_range
 from ...gl.record import EXACT_INTEGER
 from .tree import Bvh
 
-# Drop an inner node from the octant copies when more than this share of the rays that hit the box
-# of its nearest kept ancestor also hit the node's box: the test then costs more than it prunes.
+# A ray that hits the box of a node's nearest kept ancestor may also hit the node's box. If more
+# than this share of the rays does so, the copies omit the node: its test costs more than it saves.
 # Measured rates are flat from 0.5 to 0.9 (docs/notes/bvh.md).
 MET_ANYWAY = 0.65
 
@@ -53,8 +53,8 @@ class OctantCopies:
 
         Parameters
         ----------
-        met_anyway : drop an inner node, and move its children up, if more than this share of the
-            rays that hit its nearest kept ancestor also hit the node; 1 drops no node
+        met_anyway : the share, as in MET_ANYWAY, above which an inner node is dropped and its
+            children move up; 1 drops no node
         shared_subtrees : store a subtree of at most this many nodes once for all copies
 
         Raises

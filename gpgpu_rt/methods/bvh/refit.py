@@ -29,7 +29,7 @@ class Refitter:
     ----------
     leaves : (l,) int64, the leaves in the order of their triangles in `Bvh.order`
     starts : (l,) int64, the position of each leaf's first triangle in `Bvh.order`
-    inner : for each depth, deepest first: the inner nodes, their left and right children
+    inner : for each depth, deepest first: the inner nodes, the left children, the right children
     """
 
     leaves: np.ndarray

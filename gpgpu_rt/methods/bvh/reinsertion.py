@@ -1,14 +1,14 @@
 """Reinsertion: remove subtrees of a finished tree and insert them where they cost least.
 
 D. Meister, J. Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization", CGF
-37(2), 2018. All subtrees search for their best places at once. A place is a node. A move replaces
+37(2), 2018. All subtrees search at once for their best places. A place is a node. A move replaces
 the place by a new inner node with two children: the place and the subtree. The gain of a move is
 the decrease of the sum of all inner nodes' areas. A move is not made if it conflicts with a move
 of greater gain.
 
 As in the paper, the search goes from ancestor to ancestor. Departures: from each ancestor, the
-search goes down level by level, because numpy processes many nodes at once. Subtrees whose move
-was in conflict search again in the same round. Two moves conflict only if they change the links of
+search goes down level by level, because numpy processes many nodes at once. A subtree whose move
+conflicted searches again in the same round. Two moves conflict only if they change the links of
 the same node, or if one move puts its subtree into the subtree of the other. If the moves together
 gain nothing, only the half with the greater gains is made.
 """
@@ -27,7 +27,7 @@ WORTH = 0.03        # a round ends if less than this share of the last search's 
 
 
 def reinserted(tree: LooseTree, triangles: np.ndarray, rounds: int) -> LooseTree:
-    """A tree of the same leaves, with a lower cost if moves can lower it.
+    """Return a tree of the same leaves, with a lower cost if moves can lower the cost.
 
     Parameters
     ----------
@@ -182,8 +182,8 @@ class _Tables:
         made = np.ones(len(rank), bool)
         for nodes in links:
             made &= taken[nodes] == rank
-        # Drop a move if a node on the path from `above` down to its place moves with a higher
-        # rank. This breaks every cycle of subtrees that move into each other.
+        # Drop a move if a node on the path from `above` down to `place` moves with a higher rank.
+        # This breaks every cycle of subtrees that move into each other.
         taken[:] = -1
         taken[moves.node[made]] = rank[made]
         on, way = rank[made], moves.place[made]

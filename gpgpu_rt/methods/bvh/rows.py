@@ -55,7 +55,7 @@ def _built(triangles: np.ndarray, options: Options) -> Bvh:
     bvh = limited(times_stored(shared))
     if shared and 8 * len(bvh.escape) > EXACT_INTEGER and (
             OctantCopies.of(bvh, shared_subtrees=shared).records > EXACT_INTEGER):
-        # The unbalanced tree shares fewer nodes than usual: allow for eight whole copies.
+        # This tree is unbalanced and shares few nodes: limit it as for eight whole copies.
         return limited(8)
     return bvh
 

@@ -106,7 +106,7 @@ def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.nda
 
 def _cheapest(left: np.ndarray, right: np.ndarray, taken: np.ndarray,
               count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The cost of each node's cheapest split, (k,), and the split's entry of `taken`, (k,).
+    """Return the cost of each node's cheapest split, (k,), and the split's `taken`, (k,).
 
     Each of the k nodes has p splits.
 

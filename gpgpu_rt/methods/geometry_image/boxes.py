@@ -1,4 +1,4 @@
-"""Image boxes: computes an image tree's boxes on the host, and front-to-back links from them.
+"""Image boxes: computes the boxes of an image tree, and front-to-back links, on the host.
 
 Traversal reads boxes that fragment passes compute. When positions change, the links stay valid,
 but their order may become worse.

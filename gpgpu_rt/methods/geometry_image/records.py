@@ -9,7 +9,7 @@ POSITION = Record("position", "at:vec3")
 IMAGE_CELL = Record("image_cell", "corner:int across:int down:int face:int")
 """A quad of a geometry image: the texel of its first corner, and the first of its two faces.
 
-``across`` and ``down`` are the distances in texels to the next corner in the same row and column.
+``across`` and ``down`` are the distances in texels to the next corner along the row and column.
 ``across`` is negative if the quad's first triangle has no area. ``down`` is negative if the second
 triangle has no area."""
 
@@ -26,5 +26,5 @@ PYRAMID_LINK = Record("pyramid_link", "miss:int hit:int")
 octant 0, then all nodes for octant 1, and so on."""
 
 PYRAMID_SOURCE = Record("pyramid_source", "first:int last:int")
-"""The sources of a node's box: its first and last child. For a cell, the sources are its first and
-last texel, which are diagonal corners."""
+"""The children that a node's box bounds, from ``first`` to ``last``. For a cell, ``first`` and
+``last`` are two of its four texels, at diagonal corners."""

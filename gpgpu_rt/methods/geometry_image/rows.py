@@ -57,7 +57,7 @@ def _with_positions(accelerator: Accelerator, triangles: np.ndarray, level: int)
         shown[tree.face], shown[tree.face + 1] = halves[::2], halves[1::2]
     else:
         shown = triangles
-    # Mark the halves (triangles) of a chart's cells that have no area. Single triangles need no
+    # Mark the halves (triangles) without area in the cells of charts. Single triangles need no
     # marks: programs skip the second half, and a flat triangle already has three equal corners.
     flat = tree.without_area(shown) if tree.charts else np.zeros(len(shown) + 1, bool)
     signs = [np.where(flat[tree.face + half], -1, 1) for half in (0, 1)]

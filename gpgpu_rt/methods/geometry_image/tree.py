@@ -114,7 +114,7 @@ class _Cells:
     width : the distance in texels between rows
     face : (c,), the first face of each cell
     rows_left, columns_left : (c,), the number of rows from each cell to the end of its column, and
-        of columns to the end of its row, each including the cell
+        of columns to the end of its row; both numbers include the cell
     """
 
     code: np.ndarray

@@ -198,7 +198,7 @@ class Shapes:
 
     def plane_range(self, triangle: np.ndarray,
                     cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The first cell of a column that the triangle's plane crosses, and the cells' number."""
+        """In each column, the first cell that the plane crosses, and how many it crosses."""
         normal, axis, row = self.normal[triangle], self.axis[triangle], np.arange(len(triangle))
         first, count = self.first[triangle, axis], self.cell_count[triangle, axis]
         along = normal[row, axis]
@@ -217,7 +217,7 @@ class Shapes:
         return low, np.maximum(high - low + 1, 0)
 
     def overlap(self, triangle: np.ndarray, cell: np.ndarray) -> np.ndarray:
-        """Whether triangles, (m,), overlap cells, (m, 3), if the triangles' boxes do."""
+        """Whether triangles, (m,), overlap cells, (m, 3), that their boxes overlap."""
         low, height = self.plane_range(triangle, cell)
         up = cell[np.arange(len(cell)), self.axis[triangle]]
         found = (up >= low) & (up < low + height)

@@ -10,8 +10,8 @@ KD_NODE = Record("kd_node", "split axis:int left:int count:int")
 """A node of a kd-tree.
 
 For an inner node, `split` is the coordinate of the split plane, and `axis` is 0, 1 or 2. `left` is
-the left child, and the right child directly follows it. Bit 0 of `count` is set for an empty left
-leaf, and bit 1 for an empty right leaf.
+the left child, and the right child directly follows it. Bit 0 of `count` is set if the left child
+is an empty leaf, and bit 1 if the right child is.
 
 For a leaf, `left` is its first reference, and `count` is its number of references. The `axis` of
 leaf number n is 3 + n."""
@@ -23,8 +23,8 @@ With ``entry_points``, the parent is not set, and faces on the scene's box lie a
 
 KD_LEAF = Record("kd_leaf", "lo:vec3 rope_lo_x:int | hi:vec3 rope_hi_x:int "
                             "| rope_lo_y:int rope_hi_y:int rope_lo_z:int rope_hi_z:int")
-"""Data of leaf number n for kd-ropes: the leaf's box, and a rope for each face: the node behind
-the face, or -1 if there is none."""
+"""Data of leaf number n for kd-ropes: the leaf's box, and a rope for each face. A rope is the
+node behind the face, or -1 if there is none."""
 
 KD_STATE = Record("state", "t_min t_max t_exit node:int | cursor:int end:int phase:int steps:int")
 """A ray's state: its interval (`t_min`, `t_max`) in the current `node`, and `t_exit`, where the

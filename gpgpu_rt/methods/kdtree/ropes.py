@@ -47,7 +47,7 @@ def build_ropes(tree: KdTree, push_down: bool = True) -> Ropes:
     Parameters
     ----------
     push_down : if True, each rope points to the smallest node that touches the whole face. If
-        False, it points to the root of the sibling subtree, where a packet's rays meet again
+        False, a rope points to the root of the sibling subtree, where a packet's rays meet again
     """
     lo, hi = tree.boxes()
     ropes = np.full((2, len(tree.axis), 3), NIL, np.int32)   # (lower or upper face, node, axis)
@@ -72,7 +72,7 @@ def _pushed_down(tree: KdTree, rope: np.ndarray, lo: np.ndarray, hi: np.ndarray,
     """Move the ropes of leaves' faces down the tree.
 
     The faces are perpendicular to the axis ``face``: the upper faces if ``upper``, else the lower
-    faces. A rope moves into a child of its node as long as this child touches the whole face.
+    faces. A rope moves to a child of its target as long as this child touches the whole face.
     """
     rope = rope.copy()
     moving = np.flatnonzero(rope != NIL)

@@ -25,7 +25,7 @@ from ...accel.runs import chunks, expand, of_like_length, owners, run_starts
 from ...threads import Run
 
 FEW = 16                # nodes of at most this many references are searched exactly
-# Nodes of similar size are searched together. Each number is the size of a group's largest node.
+# Nodes are searched in groups. Each entry is the largest number of references in a group's nodes.
 FEW_SIZES = (1, 2, 3, 4, 6, 8, 12, FEW)
 WORTH_CUTTING = 0.2     # empty space gets a bonus if it is at least this share of the node
 
@@ -74,7 +74,7 @@ class Costs:
     """The constants of the heuristic, in any common unit.
 
     A split that cuts off empty space costs (1 - empty_bonus) times its normal cost if the empty
-    space is at least the share `WORTH_CUTTING` of the node: the build must not cut off slivers.
+    space is at least the share `WORTH_CUTTING` of the node. Slivers get no bonus.
     """
 
     traversal: float = 1.0
@@ -102,7 +102,7 @@ class SplitCost:
 
     def at(self, plane: np.ndarray, left: np.ndarray, right: np.ndarray,
            node: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """The cost of planes (..., k) with `left` and `right` references; inf outside the node.
+        """Return costs of planes (..., k), given the references on each side; inf outside nodes.
 
         node : the node of each plane; by default, index i on the last axis means node i
         """
@@ -119,9 +119,9 @@ class SplitCost:
 
 
 def best_splits(level: KdLevel, costs: Costs, split: str, bins: int, run: Run = map) -> Splits:
-    """The best split of every node of the level. Nodes without references get no split.
+    """Return the best split of every node of the level. Nodes without references get no split.
 
-    run : a function such as `map`, which may use several threads
+    run : `map`, or a function like `map` that uses several threads
     """
     splits = Splits.none(len(level.count))
     starts = run_starts(level.count)
@@ -205,7 +205,7 @@ def _binned(level: KdLevel, nodes: np.ndarray, index: np.ndarray, bins: int, cos
 
 def _sorted(level: KdLevel, nodes: np.ndarray, index: np.ndarray, costs: Costs,
             splits: Splits) -> None:
-    """Try all faces of all references, sorted by node, coordinate and kind of face."""
+    """Try all faces of all references, sorted by node, coordinate and kind (lower or upper)."""
     count = level.count[nodes]
     node = owners(count).astype(np.uint64) << np.uint64(33)
     starts = 2 * run_starts(count)

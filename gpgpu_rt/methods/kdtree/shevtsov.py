@@ -4,10 +4,10 @@ M. Shevtsov, A. Soupikov, A. Kapustin, "Highly parallel fast kd-tree constructio
 ray tracing of dynamic scenes", Eurographics 2007 (Hachisuka, section 5). In the paper, all workers
 build the top levels together. Then each worker builds subtrees, with exact SAH near the leaves.
 
-Here, threads build the top levels: each thread works on an axis, or on the children of one side.
-Then processes grow the subtrees from arrays in shared memory. Every number of workers builds the
-same tree, with one exception: the limit `MOST_REFERENCES` applies to each group of subtrees and
-may stop its growth. Processes are spawned, because a fork would inherit the OpenGL context.
+Here, threads build the top levels: each thread tries planes on one axis, or makes all left or all
+right children. Then processes grow the subtrees from arrays in shared memory. Every number of
+workers builds the same tree, with one exception: the limit `MOST_REFERENCES` may stop the growth
+of a group of subtrees. Processes are spawned, because a fork would inherit the OpenGL context.
 """
 from __future__ import annotations
 

@@ -138,8 +138,8 @@ def join(top: LooseKdTree, groups: list[np.ndarray], subtrees: list[LooseKdTree]
     ----------
     top : the top levels, of n nodes. A child with the number n + k stands for the root of subtree
         k
-    groups, subtrees : an entry of `subtrees` holds subtrees and begins with their roots. The same
-        entry of `groups` has the numbers k of these subtrees
+    groups, subtrees : an entry of `subtrees` holds subtrees and begins with their roots. The entry
+        of `groups` at the same index has the numbers k of these subtrees
     """
     nodes_above = len(top.axis)
     parts, numbers = [top], [np.arange(nodes_above)]

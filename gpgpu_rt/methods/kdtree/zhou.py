@@ -178,7 +178,7 @@ def grow_large(level: KdLevel, triangles: np.ndarray, rules: ZhouRules,
 
 
 def pick(level: KdLevel, nodes: np.ndarray) -> KdLevel:
-    """A level that holds only the given nodes of a level, with their references."""
+    """Return a level with only the given nodes and their references."""
     index = expand(run_starts(level.count)[nodes], level.count[nodes])
     return KdLevel(level.lo[:, nodes], level.hi[:, nodes], level.count[nodes],
                    level.triangle[index], level.box[:, index])
@@ -254,8 +254,8 @@ def clip_half(triangles: np.ndarray, index: np.ndarray, axis: np.ndarray, plane:
     index, axis, plane : (m,), the triangle, and the axis and coordinate of the plane that cuts it
     side : 0 keeps the part below the plane, 1 the part above the plane
     slack : distance by which the plane is shifted away from the kept side, and by which the box of
-        the kept part is widened, world units. It is more than twice the error of the new vertices;
-        this error is at most 12 roundings of the scene's largest coordinate
+        the kept part is widened, world units. It exceeds twice the error of the new vertices. This
+        error is at most 12 roundings of the scene's largest coordinate
     box : (6, m) float32, the lower and the upper corner of each old box
 
     Returns

@@ -1,4 +1,4 @@
-"""Splits small nodes of Zhou's build by the SAH, with masks whose bits stand for references."""
+"""Splits small nodes (up to 64 references) of Zhou's build by the SAH, one bit per reference."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING

@@ -61,7 +61,7 @@ class CellWalk:
         return np.minimum(a, b).max(axis=1), np.maximum(a, b).min(axis=1)
 
     def start(self, t_end: np.ndarray) -> np.ndarray:
-        """Move every ray to its first cell that lists triangles. Return rays with such a cell."""
+        """Move every ray to its first cell with triangles. Return the rays with such a cell."""
         rays = np.flatnonzero(self.t_enter <= self.t_exit)
         grid, t = self.grid, self.t_enter[rays, None]
         at = (self.origin[rays] + t * self.direction[rays] - grid.lo) / grid.cell_size
@@ -81,12 +81,12 @@ class CellWalk:
 
         Parameters
         ----------
-        rays : (k,) int, the numbers of the rays to move
+        rays : (k,) int, the indices of the rays to move
         t_end : (n,) float32, the end of each ray's search: the t of its hit, or t_max
 
         Returns
         -------
-        (j,) int, the rays that reached such a cell; all other rays are finished
+        (j,) int, the indices of rays that reached such a cell; all other rays are finished
         """
         grid, found = self.grid, [rays[:0]]
         cell, t_next, inv_dir, origin, ahead, step = (a.reshape(-1) for a in (

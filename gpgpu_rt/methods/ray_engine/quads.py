@@ -94,7 +94,7 @@ class BatchTargets:
 
     @property
     def passes(self) -> tuple[str, ...]:
-        """The names of the passes that draw quads, in order. A name says which hit is kept."""
+        """The names of the passes that draw quads, in order. Each name says which hit is kept."""
         return ("KEEP_DEPTH",) if self.by_depth else ("KEEP_NEAREST", "KEEP_FIRST")
 
     def upload(self, rays: Mapping[str, np.ndarray]) -> int:

@@ -85,7 +85,7 @@ class RayTrip:
                 "t_max": self.hit["t"][chosen]}
 
     def take(self, rays: np.ndarray, found: dict[str, np.ndarray]) -> None:
-        """Store each hit of ``found`` that is nearer, or as near on a triangle of lower index."""
+        """Keep each ray's nearer hit: the known hit or ``found``; at equal t, the lower index."""
         t, known = found["t"], self.hit["t"][rays]
         better = (found["triangle"] != NO_TRIANGLE) & (
             (t < known) | ((t == known) & (found["triangle"] < self.hit["triangle"][rays])))

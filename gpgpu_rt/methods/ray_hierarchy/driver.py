@@ -239,7 +239,7 @@ class RayHierarchy(MethodDriver):
 
 
 class _Trace:
-    """Traces all batches for a call. ``now`` is the buffer that holds the rays' current states."""
+    """Tests all batches of triangles. ``now`` is the buffer of the rays' current states."""
 
     def __init__(self, owner: RayHierarchy, rays: RayTextures, buffers: StateBuffers,
                  statistics: Statistics, any_hit: bool) -> None:

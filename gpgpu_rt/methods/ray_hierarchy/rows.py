@@ -23,7 +23,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 
 
 def unit_of(triangles: np.ndarray) -> float:
-    """Return the power of two by which passes scale lengths, to make the scene's size about 1."""
+    """Return the power of two that multiplies all lengths, to make the scene's size about 1."""
     extent = np.float64(0)
     if len(triangles):
         corners = triangles.reshape(-1, 3)

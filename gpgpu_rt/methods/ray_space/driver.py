@@ -35,7 +35,7 @@ class RayClasses(Traversal):
         self._own: dict[Record, Samplers] = {RAY_BOX: {}, CANDIDATE: {}}
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved, and release the textures of the old lists."""
+        """Use new tables after the triangles moved, and release the textures of the old lists."""
         self._release_own()
         self._given = samplers
         super().follow(samplers, replace(accelerator, small_integers=False), step_cap)
@@ -44,7 +44,7 @@ class RayClasses(Traversal):
             any_hit: bool = False) -> tuple[Target, int]:
         boxes: RayBoxes = self.accelerator.structure
         cells = self._box_of_each(rays, statistics)
-        # If another driver made the lists, ask() may be False, although textures are missing.
+        # ask() is False if the lists exist already. This driver's textures may still be missing.
         if boxes.ask(cells) or not self._own[RAY_BOX]:
             self._upload(boxes)
         for record, samplers in self._own.items():
@@ -55,7 +55,7 @@ class RayClasses(Traversal):
         return super().run(rays, buffers, statistics, any_hit)
 
     def _box_of_each(self, rays: RayTextures, statistics: Statistics) -> np.ndarray:
-        """Return the box of every ray, (rays,) int32; see RAY_CLASS."""
+        """Return the number of every ray's box, (rays,) int32; see RAY_CLASS."""
         classes = self.keep("classes", lambda: Target(self.gpu, RAY_CLASS, rays.size),
                             lambda classes: classes.size == rays.size)
         program = self.program(("ray_class", rays.record), lambda: FullScreenPass(

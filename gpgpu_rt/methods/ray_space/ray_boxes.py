@@ -6,9 +6,9 @@ is a five-dimensional point: its origin, and its direction's (u, v) on a face of
 candidates of a box are the triangles that its rays may hit.
 
 The paper halves a box until the box has few candidates. Here, a box may have a list if the box
-holds at least ``min_rays`` rays of a trace. A finest cell uses the list of the smallest box around
-it that has a list. If all lists would exceed the budget, ``min_rays`` is raised for this trace.
-The paper searches for candidates in the list of the next larger box; here, a BVH finds them.
+holds at least ``min_rays`` rays of a trace. A finest cell uses the list of the smallest box that
+has a list and holds the cell. If the lists together exceed the budget, ``min_rays`` is raised for
+the trace. The paper finds candidates in the list of the next larger box; here, a BVH finds them.
 
 A directory holds the start of each finest cell's list. The largest box of each face of the
 direction cube always has a list, which holds all triangles in order along the face's axis.

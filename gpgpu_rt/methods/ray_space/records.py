@@ -4,7 +4,7 @@ from __future__ import annotations
 from ...gl.record import Record
 
 RAY_BOX = Record("ray_box", "first:int")
-"""A finest five-dimensional cell of rays. ``first`` is the first candidate of its list."""
+"""An undivided five-dimensional cell of rays. ``first`` is the first candidate of the cell."""
 
 CANDIDATE = Record("candidate", "triangle:int near")
 """A triangle that rays of a box may hit. Triangle -1 ends the list.
@@ -14,7 +14,7 @@ the rays run in its negative direction."""
 
 BEAM = Record("beam", "first:int entries:int")
 """A beam: all lines that have a direction in one cell and cross one tile (visibility_field.py).
-The list of triangles that they may hit begins at ``first`` and has ``entries`` entries."""
+The list of triangles that these lines may hit begins at ``first`` and has ``entries`` entries."""
 
 BEAM_ENTRY = Record("beam_entry", "triangle:int near far reach")
 """A triangle in a beam. The entries of a beam are sorted by ``near``.

@@ -2,16 +2,16 @@
 
 J. Mortensen, P. Khanna, I. Yu, M. Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
 Table 1). Three faces of the direction cube (frames.py), half of all directions, are divided into
-cells. For each cell, the plane through the scene's centre perpendicular to the face's axis has a
-grid of tiles. A beam contains the lines with a direction in a cell that cross the plane in a tile.
+cells. Each cell has a plane through the scene's centre, perpendicular to the face's axis, with a
+grid of tiles. A beam contains the lines whose direction is in one cell and that cross one tile.
 
 In the paper, a beam lists the triangles that its central direction hits. Here, a beam lists all
 triangles that any line of the beam may hit.
 
 A triangle's near end is its lowest coordinate along the axis, and its far end is its highest. The
 triangles of a beam are sorted by their near ends. Each entry also stores the largest far end up to
-this entry. Both values ascend, so a binary search finds the first triangle that a ray from any
-point of the beam may hit, in either direction of the axis. The paper uses a tree for this search.
+this entry. Near ends and stored far ends ascend, so a binary search finds the first triangle that
+a ray of the beam may hit, in either direction of the axis. The paper uses a tree for this search.
 """
 from __future__ import annotations
 
@@ -224,7 +224,7 @@ def _build(frames: list[_Frame], directions: int, tiles: int, most: float
 def _entries(frame: _Frame, first: np.ndarray, count: np.ndarray, tiles: int) -> np.ndarray:
     """Return the sorted keys of all entries of a cell of directions.
 
-    A key is tile * n + near rank, the triangle's place in the order of near ends.
+    A key is tile * n + near rank. The near rank is the triangle's place in the order of near ends.
     """
     n = len(first)
     keys = [np.zeros(0, np.int64)]

@@ -55,7 +55,7 @@ def from_kdtree(tree: KdTree) -> UnitTree:
     """Return a kd-tree in the common format.
 
     A face on the scene's box is moved to OPEN, because the scene's box clips rays anyway. So
-    rounding cannot end a ray's interval in the node before a triangle on the face.
+    rounding cannot end a ray's interval before the ray reaches a triangle on the face.
     """
     lo, hi = tree.boxes()
     return UnitTree(tree.left, tree.count, tree.axis, tree.split,

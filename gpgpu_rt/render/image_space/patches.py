@@ -18,8 +18,8 @@ SPREAD_2 = 1.3247179572447460 ** -np.arange(1.0, 3.0)
 
 
 def cuts_of(triangles: np.ndarray, longest: float) -> np.ndarray:
-    """Return the number of equal parts, (n,) int, into which to cut the edges of each triangle,
-    (n, 3, 3), so that no part is longer than ``longest``."""
+    """Return, for each triangle (n, 3, 3), into how many equal parts, (n,) int, to cut each edge
+    so that no part is longer than ``longest``."""
     corners = np.asarray(triangles, np.float64)
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0)
     return np.maximum(np.ceil(edges / longest), 1).astype(int)
@@ -114,7 +114,7 @@ def straight_light(tracer: Tracer, places: np.ndarray, normals: np.ndarray,
 
 
 def _reaching(tracer: Tracer, start: np.ndarray, to: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """Return ``value``, (n,), with 0 where it is negative or where a triangle occludes the light
+    """Return ``value``, (n,), but 0 where the value is negative or a triangle occludes the light
     at ``start`` + ``to``."""
     reaching = np.where(value > 0, value, 0.0)
     some = np.flatnonzero(reaching)

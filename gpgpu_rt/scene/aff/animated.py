@@ -69,7 +69,7 @@ def read_moving(path: Path) -> Moving:
 
     Two corners share a vertex if they have the same transform, the same position before the
     transform, and the same normal. The normals of moved vertices are computed anew from the shared
-    vertices. So they are smooth exactly where the file's normals are smooth.
+    vertices. So these normals are smooth exactly where the file's normals are smooth.
 
     Raises
     ------

@@ -61,7 +61,7 @@ def mesh_of(document: Document, placement: Placement) -> Mesh:
 
 
 def _finite(document: Document, placement: Placement, time: float) -> np.ndarray:
-    """Return the vertices at a time, (v, 3) float32. Raise SceneError unless all are finite."""
+    """Return the vertices at ``time``, (v, 3) float32. Raise SceneError unless all are finite."""
     vertices = placement.vertices(time)
     finite = np.isfinite(vertices).all(axis=1)
     if not finite.all():

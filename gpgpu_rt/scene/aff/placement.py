@@ -55,8 +55,8 @@ class Placement:
                                                  self.points[:, first:last]).T
 
     def transforms(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the nodes' transforms to world units at a time, (k, 3, 4), and whether the nodes
-        are visible, (k,) bool."""
+        """Return each node's transform to world coordinates at ``time``, (k, 3, 4), and whether
+        each node is visible, (k,) bool."""
         local, visible = self._local.copy(), np.ones(len(self._local), bool)
         for k, motion in self._motions:
             local[k], visible[k] = motion.at(time), motion.visible(time)
@@ -67,7 +67,7 @@ class Placement:
         return local, visible
 
     def vertices(self, time: float) -> np.ndarray:
-        """Return the vertices at a time, (v, 3) float32, world units. Vertices of an invisible
+        """Return the vertices at ``time``, (v, 3) float32, world units. Vertices of an invisible
         instance coincide, so that its triangles have no area."""
         with np.errstate(over="ignore", invalid="ignore"):  # `check_vertices` reports overflow
             transform, visible = self.transforms(time)

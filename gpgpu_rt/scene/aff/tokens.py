@@ -62,7 +62,7 @@ class Tokens:
         return found
 
     def count(self, what: str, width: int) -> int:
-        """Return the next word, the number of the items that follow (``what`` is their name).
+        """Return the next word, the number of the items that follow (``what`` names these items).
         Raise SceneError if fewer than ``width`` words per item follow."""
         number = int(self.wholes(self.take(1, f"the number of {what}"))[0])
         left = len(self._words) - self.at

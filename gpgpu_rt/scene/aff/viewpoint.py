@@ -18,8 +18,8 @@ class Viewpoint:
 
     Attributes
     ----------
-    camera : the camera of the statement ``v``, or a default camera; its position, target and up
-        direction are used where no key frames replace them
+    camera : the camera of the statement ``v``, or a default camera. Key frames may replace its
+        position, or its target and up direction
     motion : the key frames of the camera, or None
     """
 

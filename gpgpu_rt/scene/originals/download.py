@@ -55,7 +55,7 @@ class _Incoming:
         length = self._file.headers.get("Content-Length", "")
         self.total = _count(length)
         if self._file.status == 206:
-            content = self._file.headers.get("Content-Range", "")    # bytes 5-9/10
+            content = self._file.headers.get("Content-Range", "")    # such as bytes 5-9/10
             first, _, total = content.removeprefix("bytes ").partition("-")
             total = total.rpartition("/")[2]
             if first != str(start):
@@ -83,7 +83,7 @@ def download(file: SourceFile, base: str | None, partial: Path, report: Report) 
     Parameters
     ----------
     file : the file to download
-    base : URL or folder of a copy of the originals; None for the repository itself
+    base : URL or folder of a copy of the originals; None for the file's own repository
     partial : the path to write. An interrupted download stays there for a later call. A file with
         the wrong size or digest is removed
     report : a function that shows the progress

@@ -47,7 +47,7 @@ def _built(parts: list[tuple[np.ndarray, Material, bool]], camera: Camera, *,
 
 
 def _floor_uv(triangles: np.ndarray, size: float) -> np.ndarray:
-    """Return texture coordinates from above, repeated every ``size`` world units."""
+    """Return coordinates of a texture seen from above; it repeats every ``size`` world units."""
     return triangles[:, :, [0, 2]] / size
 
 

@@ -36,7 +36,7 @@ def walker() -> Built:
 
 
 def walker_at(seconds: float) -> np.ndarray:
-    """Return (n, 3, 3) float32: the triangles of the animal at a time, then the meadow's."""
+    """Return (n, 3, 3) float32: the animal's triangles at time ``seconds``, then the meadow's."""
     triangles, bone = _rest()
     turns, moves = _pose(seconds / STEP_SECONDS)
     posed = np.einsum("kij,kvj->kvi", turns[bone], triangles) + moves[bone, None]

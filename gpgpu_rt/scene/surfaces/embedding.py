@@ -24,7 +24,7 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
     mesh : the open surface
     border : (b,) vertices of the boundary
     places : (b, 2) the fixed positions of the vertices ``border``
-    size : cells along a side of the square
+    size : cells along a side of the square that the flat surface fills
     guess : (f, 2) approximate positions of the faces, from which the solver starts; None to start
         at the centre
     tolerance : the solver stops when the residual is this share of the residual with all inner
@@ -49,8 +49,8 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
     free[border] = 0
 
     def missed(at: np.ndarray) -> np.ndarray:
-        """Return the residual of each free vertex: the weighted sum of its differences from its
-        neighbours. Positions are complex: row + i column."""
+        """Return the residual of each free vertex: the weighted sum of the differences between the
+        vertex and its neighbours. Positions are complex: row + i column."""
         return (total * at - np.add.reduceat(pull * at[there], first)) * free
 
     at = np.full(count, (0.5 + 0.5j) * size)

@@ -32,7 +32,7 @@ class SurfaceMesh:
         """Return the mesh of (n, 3, 3) triangles. Equal corners become one vertex; triangles with
         two equal corners are dropped."""
         vertices, index = np.unique(triangles.reshape(-1, 3) + np.float32(0), axis=0,
-                                    return_inverse=True)    # + 0: no negative zeros
+                                    return_inverse=True)    # adding 0 turns -0 into 0
         faces = index.reshape(-1, 3)
         a, b, c = faces.T
         faces = faces[(a != b) & (b != c) & (c != a)]
@@ -139,7 +139,7 @@ class SurfaceMesh:
         return run_starts(count), count, there[order], far[order]
 
     def distances(self, sources: np.ndarray) -> np.ndarray:
-        """Return (v,) float64, the distance along edges of each vertex to the nearest of
+        """Return (v,) float64, the distance along edges from each vertex to the nearest of
         ``sources``."""
         first, count, there, far = self._neighbours
         distance = np.full(len(self.vertices), np.inf)

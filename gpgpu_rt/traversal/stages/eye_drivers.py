@@ -60,7 +60,7 @@ class EyeDrivers:
         return self._first_hits
 
     def take(self, triangles: np.ndarray, driver: Driver) -> None:
-        """Use moved triangles, and the method's driver of these triangles."""
+        """Use moved triangles, and the method's driver for these triangles."""
         self._lost = False
         for helper in (self._bounds, self._first_hits):
             if helper is not None:

@@ -1,5 +1,5 @@
-"""Ray streams: hits are the same for any stream size, near children are visited first, and no
-buffer overflows."""
+"""Streams of pairs (ray, node): hits are the same for any stream size, near children are visited
+first, and no buffer overflows."""
 from __future__ import annotations
 
 import numpy as np

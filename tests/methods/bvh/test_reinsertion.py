@@ -123,8 +123,8 @@ def test_two_that_would_go_into_one_another() -> None:
     """Each of two nodes would move to a place below the other node. If both moved, neither would
     be connected to the root any more."""
     tables = reinsertion._Tables(balanced(), random_soup(32, 1))
-    # Node 7 would move to node 55, which lies below node 13 (55 - 27 - 13). Node 13 would move to
-    # node 31, which lies below node 7 (31 - 15 - 7).
+    # Node 7 would move to node 55, which lies below node 13 (by way of 27). Node 13 would move to
+    # node 31, which lies below node 7 (by way of 15).
     moves = reinsertion._Moves(np.int32([7, 13]), np.int32([55, 31]), np.int32([0, 0]),
                                np.float32([1, 2]))
     assert tables._without_conflict(moves).tolist() == [False, True]

@@ -19,7 +19,7 @@ STEPPING = [row.name for row in rt.methods()
 def leaf_sequences(monkeypatch, scene: rt.Scene, method: str, rays, **options) -> list[list[int]]:
     """Return a list per ray: the numbers of the leaves in the order of visits.
 
-    A leaf's number is the index of its first reference, read after every pass.
+    A leaf's number is the index of its first reference. The numbers are read after every pass.
     """
     sequences: list[list[int]] = [[] for _ in rays[0]]
     before = np.zeros(len(rays[0]), np.int64)
@@ -48,7 +48,7 @@ def test_leaf_sequences_are_those_of_restart(monkeypatch, method: str, seed: int
     expected = leaf_sequences(monkeypatch, scene, "kd-restart", rays)
     assert np.mean([len(sequence) for sequence in expected]) > 3
     found = leaf_sequences(monkeypatch, scene, method, rays)
-    # A method may skip a leaf that a ray crosses in a single point. No ray here does so.
+    # A method may skip a leaf that a ray crosses in a single point. This happens to no ray here.
     assert found == expected
 
 

@@ -32,7 +32,7 @@ SCENES = {
 }
 OPTIONS = ({}, {"small": 6, "max_depth": 9}, {"small": 33, "empty_cut": 0.0, "empty_bonus": 0.0},
            {"traversal_cost": 0.3, "intersection_cost": 0.7, "empty_bonus": 0.6})
-IN_ALL_WAYS = ("soup1", "flat", "few", "rows")      # the quick suite tests all options on these
+IN_ALL_WAYS = ("soup1", "flat", "few", "rows")      # tested with all options in the quick suite
 
 
 def assert_same_tree(one: KdTree, other: KdTree) -> None:

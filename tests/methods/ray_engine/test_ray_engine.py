@@ -137,7 +137,7 @@ def test_the_host_tests_what_it_can_only(options: dict) -> None:
 @pytest.mark.parametrize("seed", [6], ids="seed{}".format)
 @pytest.mark.parametrize("cpu_below", [0, 12])
 def test_what_it_says_it_moved(cpu_below: int, seed: int) -> None:
-    """The statistics' bytes and pairs agree with the hits' counters."""
+    """The bytes and ray-triangle pairs in the statistics agree with the hits' counters."""
     scene = soup_scene(200, seed)
     rays = RAY_SETS["random"](scene, 500, seed)
     with rt.Tracer(scene, "ray-engine", statistics=True, cpu_below=cpu_below) as tracer:

@@ -74,7 +74,7 @@ def listed(tracer: rt.Tracer) -> tuple[np.ndarray, np.ndarray]:
 
 
 def false_rejections(method: str, rays: int, triangles: int, seed: int, **options) -> int:
-    """Count the ray-triangle pairs that the watertight test accepts and the ray's list lacks."""
+    """Count the ray-triangle pairs that the watertight test accepts but the ray's list lacks."""
     scene = crossed_soup(triangles, seed)
     origins, directions = rays_everywhere(rays, seed)
     rng = np.random.default_rng(seed)

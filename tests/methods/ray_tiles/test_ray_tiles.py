@@ -13,9 +13,9 @@ SIDE = 8      # rays along a side of a tile (the default)
 def tight_tiles(scene: rt.Scene, tiles: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Return origins and directions, (SIDE, tiles * SIDE, 3), of rays that are hard to test.
 
-    The rays of a tile start in a ball. They pass just inside a triangle's corner that lies on the
-    triangle's bounding sphere. The rays are perpendicular to the line from the sphere's centre to
-    the corner, so the tile's cone barely meets the sphere. Sizes and distances of balls vary.
+    The rays of a tile start in a ball. They pass just inside a triangle's corner, which lies on
+    the triangle's bounding sphere. The rays are perpendicular to the line from the sphere's centre
+    to the corner, so the tile's cone barely meets the sphere. Sizes and distances of balls vary.
     """
     rng = np.random.default_rng(seed)
     aim = scene.triangles[rng.integers(len(scene), size=tiles)].astype(np.float64)

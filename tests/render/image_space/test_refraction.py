@@ -61,7 +61,7 @@ def test_a_slab_changes_no_direction(exact_renderer) -> None:
 
 
 def test_light_that_a_border_keeps_out(precise_renderer) -> None:
-    """With an index below 1, the first border totally reflects rays at grazing angles."""
+    """With an index below 1, the front of the ball totally reflects rays at grazing angles."""
     off, kind, right = errors(scene_of(ball(5000)), Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0),
                                                            fov=35), True, 0.8)
     shown = kind != 0
@@ -100,8 +100,7 @@ def test_what_is_no_refractive_index_is_refused(ior: object) -> None:
 
 
 def test_kinds(precise_renderer) -> None:
-    """A box that is seen towards one of its edges has pixels of total reflection. A slab would let
-    this light through."""
+    """If the camera looks at an edge of a box, some pixels show total reflection."""
     box = scene_of(boxes(np.array([[-1.0, -1.0, -1.0]]), np.array([[1.0, 1.0, 1.0]])))
     _, kind, right = errors(box, Camera((3.0, 0.4, 3.0), (0.0, 0.0, 0.0), fov=50), False)
     assert (right == TOTAL).any() and (kind == TOTAL).any()

@@ -20,7 +20,7 @@ MESH = "m vertices 3 0 0 0 1 0 0 0 1 0\n"
 
 def refusal(path: Path, kind: type[rt.Error] = rt.SceneError) -> str:
     """Return the message with which a file is refused. The message must have one line, begin with
-    the file's path and come within 20 s."""
+    the file's path and appear within 20 s."""
     begun = time.monotonic()
     with pytest.raises(kind) as caught:
         rt.load_scene(path)

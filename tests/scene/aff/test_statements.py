@@ -35,7 +35,7 @@ def test_polygons(read) -> None:
 def test_polygons_with_normals(read) -> None:
     mesh = read(TRIANGLE + "pp 3 0 0 0 0 0 2 1 0 0 1 0 0 0 1 0 0 1 0")
     assert mesh.normals[1].tolist() == [[0, 0, 1], [1, 0, 0], [0, 1, 0]]
-    assert mesh.normals[0].tolist() == [[0, 0, 1]] * 3      # the normal of the flat triangle
+    assert mesh.normals[0].tolist() == [[0, 0, 1]] * 3      # the triangle without given normals
 
 
 MESH = """m vertices 4  0 0 0  1 0 0  1 1 0  0 1 0

@@ -30,7 +30,7 @@ def blob(seed: int, subdivisions: int = 3) -> trimesh.Trimesh:
 
 
 def edges_of(scene: rt.Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distinct corners, and the half-edges between them, (k, 2) indices.
+    """Return the distinct corners, and the half-edges between corners, (k, 2) indices.
 
     Triangles with two equal corners are left out.
     """
@@ -172,7 +172,7 @@ def test_the_distance_to_the_surface_is_measured(capsys, tmp_path, size: int, cu
     extent = np.ptp(mesh.vertices, axis=0).max()
     nearest = np.sqrt((corners ** 2).sum(axis=2).min(axis=1)).max() / extent
     # For each vertex, the nearest texel is farther away than the nearest triangle by at most about
-    # an edge. `edge` is the longest edge between two rows of texels.
+    # the length of an edge. `edge` is the longest edge between two rows of texels.
     edge = np.linalg.norm(np.diff(texels.reshape(size + 1, size + 1, 3), axis=0), axis=2).max()
     assert nearest - edge / extent <= share < 2 * nearest + 0.02
 

@@ -1,6 +1,6 @@
 #version 330 core
-// Finds the cheapest split of a large node (large.glsl) along one axis. Writes the split's cost, and
-// the last bin and the number of triangles of the left child.
+// Finds the cheapest split of a large node (large.glsl) along one axis. Writes the split's cost, the left
+// child's last bin, and the left child's number of triangles.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Joins the bounds of a large node's chunks (zhou_chunks.frag) to the bounds of the node's pieces.
+// Computes the bounds of a large node's pieces: the union of its chunks' bounds (zhou_chunks.frag).
 
 #include <records>
 #include "core/stream.glsl"

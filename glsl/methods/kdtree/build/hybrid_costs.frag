@@ -1,5 +1,5 @@
 #version 330 core
-// Finds the cheapest plane of a large node within one group, which holds four planes along each axis.
+// For a large node, finds the cheapest plane of one group of candidate planes (four along each axis).
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Splits a large node of the lower levels at the cheapest plane that hybrid_costs.frag found. Axis 3 marks
-// a node that this pass does not split: a leaf, or a small node.
+// Splits each large node at the cheapest plane that hybrid_costs.frag found. Axis 3 marks a node that this
+// pass does not split: a leaf, or a small node (at most `small` triangles).
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Appends a list of pieces to the lists that were appended before.
+// Appends a list of pieces to the `offset` pieces of earlier lists.
 
 #include <records>
 #include "core/stream.glsl"

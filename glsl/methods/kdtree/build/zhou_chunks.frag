@@ -1,7 +1,7 @@
 #version 330 core
-// Computes the bounds of a chunk: a part, of fixed size, of a large node's pieces (zhou.glsl). Counts the
-// chunk's pieces left and right of the node's middle along each axis. Like Zhou et al., the build reduces
-// each chunk, then the chunks of each node. So nodes of any size keep all processors busy.
+// Computes the bounds of a chunk: up to CHUNK consecutive pieces (zhou.glsl) of a large node. Counts the
+// chunk's pieces left and right of the node's middle along each axis. As in Zhou et al., later passes join
+// the chunks of each node. A large node has many chunks, so it keeps all processors busy.
 
 #include <records>
 #include "core/stream.glsl"

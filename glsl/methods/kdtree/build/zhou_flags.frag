@@ -1,5 +1,5 @@
 #version 330 core
-// Flags the split nodes of a level. A second channel holds the number of pieces of each unsplit large node.
+// Flags a level's split nodes. A second channel counts the pieces (zhou.glsl) of each unsplit large node.
 
 #include <records>
 #include "core/stream.glsl"

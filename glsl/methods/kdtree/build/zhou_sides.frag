@@ -1,5 +1,5 @@
 #version 330 core
-// Writes two flags per piece (zhou.glsl): a part lies left of the node's plane; a part lies right of it.
+// Writes two flags per piece (zhou.glsl): whether a part of it lies left, and right, of the node's plane.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,9 +1,9 @@
 """LBVH by fragment passes (Lauterbach et al. 2009).
 
 The tree equals the tree of `methods.bvh.lbvh`. Passes compute boxes and Morton codes, and sort the
-codes. A slot is a place in the sorted order. A pass finds each node's parent and span of
-slots. Six passes of pointer jumping give the nodes' positions in depth-first order. Finally,
-boxes of runs of slots are joined into the boxes of nodes.
+codes. A slot is a place in the sorted order. A pass finds the parent and the slots of each node.
+Six passes of pointer jumping give the nodes' positions in depth-first order. Finally, boxes of
+runs of slots are joined into the boxes of nodes.
 """
 from __future__ import annotations
 
@@ -75,12 +75,12 @@ def radix_nodes(room: StreamRoom, keys: Stream, max_leaf: int = 1,
     Parameters
     ----------
     max_leaf : nodes of at most this many triangles are leaves
-    most_bits : if given, nodes whose codes share this many leading bits are leaves instead
+    most_bits : replaces `max_leaf` if given: nodes whose codes share this many bits are leaves
 
     Returns
     -------
     gaps : the INTERVAL of the node at each gap between slots, with `turns` counted from the root
-    leaves : the INTERVAL of each slot that begins a leaf
+    leaves : for each slot, the INTERVAL of the leaf that begins there, if any
     sums : for each slot, the number of leaves that begin before the slot (a scan of flags)
     """
     slots = keys.length

@@ -119,7 +119,7 @@ class Splitting:
         return parted, children
 
     def _binned(self, slots: Stream, level: Stream, large: Stream) -> tuple[Stream, Stream]:
-        """Return two VALUES: each slot's bins, and each binned node's best split per axis."""
+        """Return VALUES streams: each slot's bins, and each binned node's best split per axis."""
         room, defines, context = self.room, self.defines, self.room.gpu.context
         nodes = int(large.read_one(level.length)["value"][0])
         bins = room.stream(VALUES, slots.length)

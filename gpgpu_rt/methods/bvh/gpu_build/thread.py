@@ -1,4 +1,4 @@
-"""Threading: turn nodes that span slots into a finished hierarchy with boxes and escape indices.
+"""Threading: makes a hierarchy with boxes and escape indices from nodes that span slots.
 
 A slot is a place in the order of triangles. The nodes may come from any tree whose nodes span
 consecutive slots. A node's position in depth-first order is twice the number of leaves that begin
@@ -30,8 +30,8 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
     order : SOURCE, the triangle in each slot
     sums : VALUES, the number of leaves that begin before each slot; the last value is the total
     max_leaf : The largest number of triangles in a leaf.
-    lists : Pairs of an INTERVAL stream, in any order, and the largest number of slots that a node
-        of the stream spans. Entries with first = -1 are no nodes.
+    lists : Pairs: a stream of nodes (INTERVAL) in any order, and the largest number of slots that
+        one of its nodes spans. Entries with first = -1 are no nodes.
 
     Raises
     ------

@@ -11,7 +11,7 @@ CELL = Record("cell", "lo:vec3 count:int | hi:vec3 futile:int | parent:int")
 """A node in a level of large nodes: its box, number of pieces, and parent in the level above.
 
 `futile` is the number of successive levels whose splits separated no pieces; in the hybrid build,
-the node's prefix of codes."""
+the common prefix of the node's Morton codes."""
 
 CHUNK = Record("chunk", "lo:vec3 | hi:vec3 | left:vec3 | right:vec3")
 """A chunk of a node's pieces: their bounds, and for each axis, how many pieces lie left and how
@@ -42,7 +42,7 @@ and right of the piece's lower end, and left and right of its upper end."""
 
 CHOICE = Record("choice", "plane face:int source:int inner:int")
 """The cheapest plane of a small node. `face` is the face of a piece's box (0 to 5) in this plane,
-and `source` the number of the piece's EXTENT. `inner` is 1 if the node is to be split."""
+and `source` is the number of the piece's EXTENT. `inner` is 1 if the node is to be split."""
 
 PLACE = Record("place", "at:int pair:int")
 """The position of a node in depth-first order, and the position of its pair of children."""

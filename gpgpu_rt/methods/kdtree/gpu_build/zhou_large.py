@@ -1,7 +1,7 @@
 """Splits the large nodes of Zhou's kd-tree by fragment passes, a whole level at once.
 
 A piece is a triangle's entry in a node, with the box of the triangle's part in the node. A chunk
-is a run of at most CHUNK_PIECES pieces of a large node."""
+is at most CHUNK_PIECES consecutive pieces of a large node."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -57,7 +57,7 @@ class LargeNodes:
     Attributes
     ----------
     levels : all levels, from the root down
-    small : pieces of small nodes, a stream per level below the root; or a small root's pieces
+    small : pieces of small nodes, a stream per level below the root; for a small root, its pieces
     stuck : pieces of large nodes that became leaves, a stream for each level that has such pieces
     roots : number of small nodes
     """
@@ -79,7 +79,7 @@ class LargeNodes:
 class Halving:
     """Splits large nodes as Zhou does: cuts off empty space, or halves a node's longest side."""
 
-    prefixes = False    # whether the field ``futile`` of a CELL holds a prefix of codes
+    prefixes = False    # whether the field ``futile`` of a CELL holds a prefix of Morton codes
 
     def __init__(self, rules: cpu.ZhouRules) -> None:
         self.rules = rules
@@ -120,7 +120,7 @@ def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray, rules: c
         found.levels.append(level)
         found.roots += counts[2]
         if not level.inner:
-            if counts[0]:       # the pieces of small nodes belong to `found`
+            if counts[0]:       # a small root's pieces belong to `found`
                 room.drop(pieces)
             return found
         cells, starts, pieces, counts = _children(room, found, level, pieces, source, rules, way)
