@@ -64,7 +64,7 @@ class Hits:
         return views.table("Hits", self._facts(), picture)
 
     def _facts(self) -> views.Facts:
-        """Return the numbers of rays by outcome, the range of t, and the means of the counters.
+        """Return how many rays have each outcome, the range of t, and the means of the counters.
         Above ``views.MOST_RAYS`` rays, estimate these facts from a sample of the rays."""
         step = views.stride(len(self), views.MOST_RAYS)
         status, triangle, t = self.status[::step], self.triangle[::step], self.t[::step]

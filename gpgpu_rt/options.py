@@ -34,7 +34,7 @@ class Option:
     relaxed : Choices that only measurements use: with them, a search may lose hits.
     excludes : If this option differs from its default, these options must have their defaults.
     schedules : The schedules that allow a value other than the default. Empty for all schedules.
-    goes_with : Another option's name, and its values with which this option has a meaning.
+    goes_with : (name, values) of another option. With other values, this option has no meaning.
     common : Whether many users need the option. A command's short help lists only such options.
     label : A few plain words for a control of the viewer. Empty if ``name`` with spaces for
         underscores is plain enough; see ``title``.

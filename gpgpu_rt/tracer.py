@@ -59,7 +59,7 @@ class Tracer:
     ``release``, or the end of a ``with`` block, frees textures and programs. Threads may share a
     tracer or have their own tracers; only one thread at a time uses the OpenGL context.
     ``statistics`` describes the last call of any thread. Processes must start by "spawn", because
-    a context does not survive a fork. A pickled tracer is made anew in the other process.
+    a context does not survive a fork. A pickled tracer is made anew in the process that reads it.
     """
 
     @public_call

@@ -1,6 +1,6 @@
 """A replacement for trimesh's ray engines: ``mesh.ray = RayMeshIntersector(mesh, "kd-restart")``.
 
-Names, arguments, shapes and the order of results are as in ``trimesh.ray``. Four things differ:
+Names, arguments, shapes and the order of returned arrays are as in ``trimesh.ray``. Differences:
 
 * Hits are sorted by ray, then by (t, triangle), and include all hits on coincident triangles.
 * Intersection is computed in float32, which is too coarse far from the origin. A mesh farther from
@@ -9,7 +9,7 @@ Names, arguments, shapes and the order of results are as in ``trimesh.ray``. Fou
 * A place is a point where a ray passes through the mesh; a place at an edge or a vertex has
   several triangles. ``intersects_location`` returns each place once, with its first triangle.
   ``intersects_id`` returns all triangles of a place, as trimesh's own engine does. With
-  ``coincident=False``, it returns only the first, as trimesh's Embree engine does.
+  ``coincident=False``, it returns only the first triangle, as trimesh's Embree engine does.
 * An invalid ray hits nothing. The length of a direction has no effect.
 """
 from __future__ import annotations
@@ -143,9 +143,9 @@ class RayMeshIntersector:
     def contains_points(self, points: np.ndarray) -> np.ndarray:
         """Return whether each of the (n, 3) points lies inside the mesh, (n,) bool.
 
-        The result is undefined for points on the surface, and may be wrong if a ray grazes an
-        outline. The test of trimesh sends two opposite rays from each point: the point is inside
-        if each ray hits an odd number of places.
+        The test of trimesh sends two opposite rays from each point: the point is inside if each
+        ray hits an odd number of places. The result is undefined for points on the surface, and
+        may be wrong if one of the rays grazes an outline.
         """
         return contains_points(self, points)
 
@@ -169,8 +169,8 @@ class RayMeshIntersector:
 
     def _hits(self, origins: np.ndarray, directions: np.ndarray, most: int | None, locate: bool
               ) -> tuple[AllHits, np.ndarray, np.ndarray]:
-        """Return the nearest ``most`` hits of each ray; the rows, (k,), of the hits that begin a
-        place; and all positions, (m, 3). Without ``locate``, rows and positions are empty."""
+        """Return the nearest ``most`` hits of each ray; the row of each place's first hit, (k,);
+        and all positions, (m, 3). Without ``locate``, rows and positions are empty."""
         with self._lock:
             origins, directions, tracer = self._prepared(origins, directions)
             hits = tracer.trace_all(origins, directions, invalid="miss", max_hits=most)
@@ -299,7 +299,7 @@ def _far_centre(vertices: np.ndarray) -> np.ndarray:
     float64.
 
     Along each axis, the vector is the mesh's centre if the centre is farther from 0 than the
-    mesh's largest side: float32 would round such vertices coarsely. Otherwise it is 0.
+    largest side of the mesh's box: float32 would round such vertices coarsely. Otherwise it is 0.
     """
     if not len(vertices) or not np.isfinite(vertices).all():
         return np.zeros(3)
@@ -311,7 +311,7 @@ def _far_centre(vertices: np.ndarray) -> np.ndarray:
 def _begins(group: np.ndarray, t: np.ndarray, reach: np.ndarray) -> np.ndarray:
     """Return whether each hit begins a new place, (m,) bool.
 
-    A hit begins a place if the hit before has another ``group``, or if the two hits' intervals
+    A hit begins a place if the previous hit has another ``group``, or if the two hits' intervals
     from t - reach to t + reach are disjoint.
     """
     new = np.ones(len(t), bool)

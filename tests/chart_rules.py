@@ -45,7 +45,7 @@ def _bars(axis: Any) -> Iterator[str]:
 
 def _ticks(axis: Any) -> Iterator[str]:
     """Yields a sentence for each fault of the ticks. A tick's number must be round and have no
-    exponent. An axis must not show a factor for all its numbers. A logarithmic axis must have at
+    exponent. An axis must not show a common factor such as 1e6. A logarithmic axis must have at
     least two numbers."""
     if not axis.axison:
         return

@@ -94,8 +94,8 @@ def trace(triangles: Array, origins: Array, directions: Array, contract: bool = 
 
 
 def hits_a_ray(triangles: Array, origins: Array, directions: Array) -> Array:
-    """Returns (n,) int: how many triangles each ray hits within 4 float32 spacings of the nearest
-    distance."""
+    """Returns (n,) int: how many triangles each ray hits within 4 float32 spacings of its nearest
+    hit."""
     counts = [np.zeros(0, int)]
     for _, t, _, _ in _tables(triangles, origins, directions, False):
         nearest = t.min(axis=1, keepdims=True)

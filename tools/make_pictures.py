@@ -85,7 +85,7 @@ def figure(folder: Path, target: Path) -> None:
 
 
 def page(folder: Path, target: Path) -> None:
-    """Writes the drawing of a ray that the browser's page shows."""
+    """Writes the web page's drawing of a ray, as a browser shows it."""
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if chromium is None:
         print("SKIPPED: the picture of the page needs Chromium")

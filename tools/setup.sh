@@ -42,6 +42,6 @@ echo "Installing the package and its dependencies in $venv; this takes one to th
 "$venv/bin/python" -m pip install -qq --upgrade pip
 "$venv/bin/python" -m pip install -qq --editable '.[test,figures,report,docs,lint]'
 # Python searches the current folder before it asks setuptools' finder. If this folder holds the
-# checkout as gpgpu_rt, Python would import the checkout itself. Its entry in sys.path prevents this.
+# checkout as gpgpu_rt, Python would import the checkout itself. The .pth file below prevents this.
 pwd > "$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/gpgpu_rt_checkout.pth"
 echo "Done. Next: . $venv/bin/activate"

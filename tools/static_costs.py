@@ -35,7 +35,7 @@ _TEMP = re.compile(r"TEMP\[(\d+)\]")
 _INPUT = re.compile(r"\bIN\[\d+\]")
 _CONSTANT = re.compile(r"(?:CONST\[0\]|IMM)\[\d+\]")
 # Operation of TGSI (Mesa's shader assembly) -> number of instructions that NV40's driver emits
-# (nvfx_fragprog.c); else 1. CMP sets the condition codes, and then moves each of its two values.
+# (nvfx_fragprog.c), if not 1. CMP sets the condition codes, and then moves each of its two values.
 _INSTRUCTIONS = {"CMP": 3, "SSG": 3, "POW": 3, "TRUNC": 4, "CEIL": 2, "DP2": 2, "IF": 2,
                  "KILL_IF": 2, "LRP": 2, "RSQ": 2, "ELSE": 0, "ENDIF": 0, "ENDLOOP": 0}
 
@@ -71,8 +71,8 @@ def _pairs(said: str) -> str:
 def _operations(said: str) -> dict[str, Any]:
     """Return a program's counts from its listing in TGSI.
 
-    ``arithmetic`` is the number of instructions that NV40's driver emits for the operations,
-    without fetches. The driver never joins two operations in an instruction, although NV40 can.
+    ``arithmetic`` counts the instructions that NV40's driver emits, without fetches. The driver
+    joins no operations, although NV40 can. ``levels`` is the longest chain of dependent fetches.
     """
     listing = said[said.index("FRAG"):].split("\n\n")[0].strip("\n")
     operations = [match for match in _TGSI.finditer(listing) if match["op"] != "END"]
@@ -96,8 +96,8 @@ def _operations(said: str) -> dict[str, Any]:
 def _nv40_instructions(operation: str, operands: str) -> int:
     """Return the number of instructions that NV40's driver emits for an operation.
 
-    An NV40 instruction reads a single constant and a single input; the driver first copies other
-    operands to registers.
+    An NV40 instruction reads a single constant and a single input. The driver first copies further
+    constants and inputs to registers.
     """
     sources = operands.split(", ")[1:]
     copies = 0

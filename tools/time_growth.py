@@ -21,8 +21,8 @@ COUNTS = (100_000, 1_000_000, 10_000_000)
 # than a float can index.
 _TREE = {"quantise_nodes": 16, "octants": True, "shared_subtrees": 64}
 _EYE = {"packet": (4, 2), "entry_points": 32, **_TREE}
-# The methods for each kind of rays, the fastest first at ten million triangles. At 0.1 million,
-# packets with an interval test are the fastest for eye rays.
+# The methods for each kind of rays, ordered by their speed at ten million triangles. At 0.1
+# million, packets with an interval test are the fastest for eye rays.
 METHODS = {
     "eye": (("bvh-packet", _EYE), ("bvh-packet", {**_EYE, "interval_test": True}),
             ("bvh-threaded", _TREE), ("bvh-stack", {"quantise_nodes": 16})),
@@ -49,7 +49,7 @@ def milliseconds(scene: rt.Scene, kind: str, entries: Sequence[tuple[str, dict[s
     """Return the median time of a million rays of a kind for each (method, options).
 
     The time covers the passes and the host's sorting of rays. The entries run in turn, in several
-    rounds. An untimed run first warms the caches.
+    rounds. An untimed run before each timed run warms the caches.
     """
     origins, directions = scene.camera.rays((SIZE, SIZE)) if kind == "eye" else random_rays(
         scene, SIZE * SIZE, SEED)

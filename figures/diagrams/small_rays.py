@@ -1,4 +1,4 @@
-"""Small rays: uses `ray-hierarchy` to trace mirrored rays in a plane, with triangles across it."""
+"""Small rays: traces mirrored rays in a plane by `ray-hierarchy`. Triangles cross this plane."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -47,7 +47,7 @@ class Round:
     Attributes
     ----------
     pairs : (n, 2), the triangle and the node of each pair
-    slots : (n, 4, 2), the triangle and each child; -1 if no ray of the child can hit the triangle
+    slots : (n, 4, 2), a pair for each child of the node; -1 if no ray of the child can hit
     """
 
     level: int

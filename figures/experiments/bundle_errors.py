@@ -45,7 +45,7 @@ def scene_of(name: str) -> rt.Scene:
 
 def traced_gather(bundles: RayBundles, cut: rt.Tracer, seen: Visible, count: int
                   ) -> tuple[np.ndarray, float]:
-    """Gather light like ``bundles.gather``, but trace rays with ``cut``, which traces the patches.
+    """Gather light like ``bundles.gather``, but trace the rays with ``cut``, a tracer of patches.
 
     Returns (h, w, 3) irradiance, and the seconds of tracing.
     """

@@ -58,11 +58,11 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
             ) -> dict[str, Any]:
     """Compare caustics mapping with traced photons.
 
-    In the result, ``seconds`` has the times of alternating runs. The mapping improves its estimate
-    of a photon's distance to the receiver step by step. For each number of estimates in
+    In the result, ``seconds`` has the times of alternate runs of both. The mapping improves its
+    estimate of a photon's distance to the receiver in steps. For each number of steps in
     ``guesses``, ``apart`` has the median and the 90 % quantile of the distance between mapped and
     traced landing points. ``lost`` has the share of light whose mapped photons do not land.
-    ``rasterised`` and ``traced`` are pictures of both maps, (size, size), without the refractor.
+    ``rasterised`` and ``traced`` are pictures of the maps, (size, size), without the refractor.
     """
     scene = scene_of(name)
     seconds: dict[str, list[float]] = {"rasterised": [], "traced": []}

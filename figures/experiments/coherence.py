@@ -18,7 +18,7 @@ TILE = 64    # rays in a tile
 
 def needed_nodes(bvh: Bvh, origins: np.ndarray, directions: np.ndarray,
                  t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Find the nodes whose boxes a ray meets before its hit. A traversal must visit these nodes.
+    """Find the nodes whose boxes each ray meets before its hit. A traversal must visit them.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def tiles_of_order(order: np.ndarray) -> np.ndarray:
 def divergence(steps: np.ndarray, tile_of: np.ndarray) -> float:
     """Measure how much longer rays take because each tile waits for its longest ray.
 
-    Return the number of steps with waiting, divided by the number of steps without waiting.
+    Return the number of steps including the waits, divided by the number without the waits.
     """
     longest = np.zeros(tile_of.max() + 1, np.int64)
     np.maximum.at(longest, tile_of, steps)

@@ -22,7 +22,7 @@ from ..survey.fig22_large_scenes import FAST
 from ..survey.fig22_large_scenes import FIGURE as PACKETS
 
 SCENES = ("cornell", "shirley6", "bunny", "robots", "kitchen", "conference", "sodahall")
-HUGE = ("sodahall",)     # at full size only, because building the stand-in takes minutes
+HUGE = ("sodahall",)     # only in full runs, because the stand-in for the scene builds slowly
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from ..framework.predicted_times import PredictedRow
 from ..survey.on_cards import ON_CARDS
 from .era_machine_page import write_page
 
-# The median leaves out this column of this figure, because it repeats numbers of Figure 16.
+# A (figure, column) that the median leaves out: the column repeats numbers of Figure 16.
 REPEATED = ("fig22", "kd-ropes-packet")
 
 

@@ -27,7 +27,7 @@ from .coherence import observe_order
 # branch together). STACKS measures the depth of the rays' stacks.
 MOVED, DONE, STACKS = "moved by ", "run by ", "stacks of "
 KINDS = (MOVED, DONE, STACKS)
-# SIMD width -> (h, w) of the pixels' rectangle, as square as possible.
+# SIMD width -> (h, w) of the rectangle of pixels that branch together, as square as possible.
 GROUPS = {1: (1, 1), 2: (1, 2), 4: (2, 2), 8: (2, 4), 16: (4, 4), 32: (4, 8), 48: (6, 8),
           64: (8, 8)}
 WIDTHS = tuple(GROUPS)
@@ -40,9 +40,9 @@ COMPILED = ("Each kernel was compiled as a separate program. Two errors are know
             "although a loop would keep the state in registers. This error makes the predicted "
             "times too long. Second, the counts leave out the set-up of rays and the branches of "
             "loops. This error makes the predicted times too short.")
-# The variants of the cache: bytes, bytes of a line, and how many rays fetch together.
+# The simulated caches: bytes, bytes of a line, and how many rays fetch together.
 STORES, LINES, TOGETHER = (8192, 16384, 131072), (16, 128), (4, 32)
-MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # their cache misses are counted
+MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # methods whose misses are counted
 
 
 def measure(kind: str, scene: rt.Scene, rays: Workload, method: str,
@@ -55,7 +55,7 @@ def _moved(scene: rt.Scene, rays: Workload, method: str,
            options: dict[str, Any]) -> dict[str, Any]:
     """Return the bytes that all passes move, from the pass log.
 
-    ``rays`` counts the bytes read from rays, ``state`` the bytes read from states and hits.
+    ``rays`` counts the bytes read from ray textures, ``state`` from state and hit textures.
     """
     with rt.Tracer(scene, method, **options) as tracer:
         with tracer.gpu, logged(tracer.gpu, Statistics()) as log:
@@ -76,10 +76,10 @@ def _moved(scene: rt.Scene, rays: Workload, method: str,
 
 def _done(scene: rt.Scene, rays: Workload, method: str,
           options: dict[str, Any]) -> dict[str, Any]:
-    """Return each kernel's runs, the lanes of these runs at each SIMD width, and cache misses.
+    """Return each kernel's runs, the lanes that they occupy at each SIMD width, and cache misses.
 
-    Only squares of rays are traced. With ``sort_rays``, rays in sorted order fill the squares. A
-    packet counts as one fragment.
+    Only squares of SIDE^2 rays are traced. With ``sort_rays``, rays in sorted order fill the
+    squares. A packet counts as one fragment.
     """
     ordered = options.pop("sort_rays", False)
     part = rays.part(_sorted_squares(scene, rays) if ordered
@@ -115,10 +115,10 @@ def _missed(trace: KernelTrace, tracer: rt.Tracer) -> dict[str, int]:
 
 
 def _sorted_squares(scene: rt.Scene, rays: Workload) -> np.ndarray:
-    """Return ray indices in sorted order, (SIDE, SPREAD * SPREAD * SIDE): squares side by side.
+    """Return indices of sorted rays, (SIDE, SPREAD * SPREAD * SIDE): squares side by side.
 
-    Consecutive rays fill a square along a Morton curve, so rays close in the order are close in
-    the square.
+    Consecutive rays fill a square along a Morton curve, so neighbours in the order stay near each
+    other in the square.
     """
     with rt.Tracer(scene, "bvh-threaded", sort_rays=True) as tracer:
         with observe_order(tracer) as orders:

@@ -53,9 +53,9 @@ def relative_error(found: np.ndarray, truth: np.ndarray) -> float:
 def measure(scene: rt.Scene, method: str, options: dict[str, Any], size: int) -> dict[str, Any]:
     """Return three mean relative errors for each number of samples, and ``truth_noise``.
 
-    `scene` is the error of the scene's pixels: the square of ``truth_noise`` is subtracted from
-    the square of the error. `furnace` is the error of the furnace's pixels, and `furnace_mean` is
-    the error of the mean of these pixels.
+    `scene` is the error of the scene's pixels without the noise of Mitsuba's picture:
+    sqrt(error^2 - ``truth_noise``^2). `furnace` is the error of the furnace's pixels, and
+    `furnace_mean` is the error of the mean of these pixels.
 
     Parameters
     ----------

@@ -27,8 +27,8 @@ def measure(name: str, method: str, options: dict[str, Any], size: int,
             runs: int) -> dict[str, Any]:
     """Compare image-space refraction in time with traced rays, and in direction with float64 rays.
 
-    ``seconds`` has the times of alternating runs of the rasterised passes and of the traced eye
-    rays and refracted rays. ``triangles`` counts the scene's triangles. All other entries have a
+    ``seconds`` has the times of two kinds of runs, which alternate: rasterised passes, and traced
+    eye and refracted rays. ``triangles`` counts the scene's triangles. All other entries have a
     value per pixel, row by row. ``found`` is the direction of refracted light according to passes,
     and ``truth`` according to float64 rays; ``off`` is the angle between both in degrees. ``kind``
     (from passes) and ``right`` (from float64 rays) say what the pixel shows (refraction.py).

@@ -12,7 +12,7 @@ import gpgpu_rt as rt
 
 # number of squares (sheets); height of the floor below the sheets
 COUNT, FLOOR = 9, -7.0
-FAR = 1.0 - FLOOR         # range of depth: from a ray's highest origin to the floor
+FAR = 1.0 - FLOOR         # range of depth: from the highest ray origin to the floor
 GAPS = tuple(range(-27, -20))       # the measured gaps are 2^k * FAR for these k
 HEADS = ("gap / length", "wrong with MIN blending", "wrong with a depth buffer",
          "error of t / length, with a depth buffer")

@@ -75,7 +75,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
-    """Return the indices of points (rate, error) that no other beats in both, fastest first."""
+    """Return the indices of (rate, error) points that no other beats in both, fastest first."""
     order = sorted(range(len(points)), key=lambda i: (-points[i][0], points[i][1]))
     kept: list[int] = []
     for i in order:

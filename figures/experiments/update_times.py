@@ -1,4 +1,4 @@
-"""Update times: measures how long a method takes to build, and to update moved triangles."""
+"""Update times: measures how long a method takes to build its tables, and to update them."""
 from __future__ import annotations
 
 import statistics

@@ -1,6 +1,6 @@
 """Comparison: compares the published, the predicted and the measured time of each method.
 
-The predicted time is for the paper's card. Figures 12, 13, 16, 20 and 22 have this form.
+The predicted time is for the paper's card. Figures 12, 13, 16, 20 and 22 are such comparisons.
 """
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from .predicted_times import PaperCard, PredictedRow
 from .published_numbers import nanoseconds, published_row, published_triangles
 from .results import read
 
-LOW = 0.8    # if the tau-b (kendall.py) of our times is lower, the page explains their order
-ACROSS = 2   # panels of a chart side by side
+LOW = 0.8    # if tau-b (kendall.py) of our times is lower, the page explains each differing pair
+ACROSS = 2   # number of panels in a row of a chart
 TIE = 1.05   # published numbers within this factor count as equal
 TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, because this test was in "
              "use when the compared papers were written. "
@@ -51,7 +51,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class MethodColumn:
-    """A method with options that a figure measures, and its name in ``published.csv``."""
+    """A measured method with its options, and the method's name in ``published.csv``."""
 
     label: str
     method: str
@@ -72,7 +72,7 @@ Taus = dict[Panel, tuple[float, float]]   # tau-b of the predicted and of the me
 class Comparison:
     """A figure: its panels, its columns, and a cell (cell.py) for each panel and column.
 
-    ``asked(panel, column, full)`` returns this cell without the option for the triangle test.
+    ``asked(panel, column, full)`` returns the cell without the option for the triangle test.
     ``source`` names the paper and the hardware of the published times. ``remarks`` returns
     sentences on the results.
     """
@@ -105,7 +105,7 @@ class Comparison:
         return replace(cell, options=(*cell.options, PERIOD_TEST))
 
     def cells(self, full: bool) -> list[Cell]:
-        """Return cells that time methods here, and cells that count kernels for the card."""
+        """Return the cells that time methods, and the cells that count kernels for a card."""
         return [*(self.cell(panel, column, full) for panel, column in self.pairs(full)),
                 *predicted_times.cells(self, full)]
 
@@ -153,7 +153,7 @@ class Comparison:
         return replace(said, why=said.why + self._not_predicted())
 
     def _not_predicted(self) -> str:
-        """Return a sentence on the paper's methods without predicted times, or ""."""
+        """Return a sentence that lists the methods without predicted times, or ""."""
         assert self.paper_card is not None
         names = list(dict.fromkeys(
             column.label for column in self.columns
@@ -221,7 +221,7 @@ class Comparison:
     def _explained(self, panel: Panel, results: Results) -> list[str]:
         """Return a sentence for each pair of methods whose order differs from the published order.
 
-        A sentence gives both methods' counters. The largest published ratio comes first.
+        Each gives both methods' counters. The pair with the largest published ratio is first.
         """
         pairs = []
         ordered = self._ordered(panel, results)

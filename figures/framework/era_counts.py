@@ -35,17 +35,17 @@ PASSES, BLOCKS, PACKETS = "passes", "passes, blocks", "packets"
 UNCOALESCED = "while-while, uncoalesced"
 # The form STEP on NV40, but about 256 pixels branch together, as on the 7800 GTX, the next card of
 # the family (AnandTech's G80 article, p. 7). More than four registers slow a program down (GPU
-# Gems 2, chapter 30), probably because fewer pixels are in flight. No source says how many then
-# branch together.
+# Gems 2, chapter 30), probably because fewer pixels are in flight. No source says how many pixels
+# then branch together.
 SMALLER = "step, 256 pixels"
 SMALLER_GROUPS = {"NV40": (16, 16)}
-BLOCK = (8, 8)   # (h, w) of the pixels that early depth rejects together under BLOCKS
+BLOCK = (8, 8)   # (h, w) of the pixels that the early depth test rejects together, under BLOCKS
 # Options for a trace with the era form's triangle test. A pass runs one step of every ray.
 STEPWISE = {"schedule": "step", "steps_per_pass": 1, "intersection": "moller-trumbore"}
 # A method without an era form -> the method whose kernels stand in. kd-stack runs the kernels of
-# kd-texture-stack in a loop. On WARPS the 32 rays of a packet are the lanes of a warp, and each
-# lane runs a single ray's kernels at the node of the packet; voting and kd-packet's short stack
-# are left out. On other cards a fragment traces a packet.
+# kd-texture-stack in a loop. On the chip WARPS, the 32 rays of a packet are the lanes of a warp,
+# and each lane runs a single ray's kernels at the node of the packet; voting and kd-packet's short
+# stack are left out. On other cards a fragment traces a packet.
 SAME_WALK = {"kd-stack": "kd-texture-stack"}
 SINGLE_RAYS = {"kd-packet": "kd-push-down", "kd-ropes-packet": "kd-ropes",
                "bvh-packet": "bvh-threaded"}
@@ -54,7 +54,7 @@ WARPS = "G80"    # the chip whose warps run packets
 WARP_PACKET = (4, 4)
 # Kernel -> the packet counter that says how often each lane runs the kernel, and the runs per
 # count. A bvh-packet counts a node once but tests the boxes of its two children: two runs of
-# `traverse`. The counter of triangle tests sums over a packet's rays.
+# `traverse`. The counter of triangle tests is a sum over a packet's rays, hence the division.
 RUNS = {"down": ("nodes_visited", 1.0), "traverse": ("nodes_visited", 2.0),
         "follow_rope": ("leaves_visited", 1.0),
         "intersect": ("triangles_tested", 1 / math.prod(WARP_PACKET))}

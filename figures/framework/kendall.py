@@ -15,8 +15,8 @@ class PairCounts:
     ----------
     concordant : pairs in the same order in our times and in the published times
     discordant : pairs in reverse order
-    only_ours : pairs that tie only in the published times
-    only_published : pairs that tie only in our times
+    only_ours : pairs that are ordered only in our times, and tie in the published times
+    only_published : pairs that are ordered only in the published times
     """
 
     concordant: int

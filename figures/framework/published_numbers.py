@@ -21,9 +21,9 @@ def published_row(figure: str, scene: str, method: str, options: str = "",
 
     Parameters
     ----------
-    rays : the kind of rays, such as "primary"; needed if the figure has several
-    quantity : what is counted, such as "leaves"; needed if the figure has several
-    hardware : the survey's name of the hardware; needed if the figure has several
+    rays : the kind of rays, such as "primary"; needed if the figure has several kinds
+    quantity : what is counted, such as "leaves"; needed if the figure has several quantities
+    hardware : the survey's name of the hardware; needed if the figure has several names
     """
     asked = {"figure": figure, "scene": scene, "method": method, "options": options,
              "rays": rays, "quantity": quantity, "hardware": hardware}
@@ -50,7 +50,7 @@ def published(*names: str, **more: str | None) -> float | None:
 
 
 def published_range(*names: str, **more: str | None) -> tuple[float, float]:
-    """Return the lower and the upper end of a range that the survey prints, in its unit.
+    """Return the lower and the upper end of a printed range, in the survey's unit.
 
     The parameters are those of `published_row`. The number must exist. For a single number both
     ends are equal.

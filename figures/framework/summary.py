@@ -1,6 +1,6 @@
 """Summary: says which results of the survey are confirmed, contradicted or not tried.
 
-At most ten sentences open the index. Their numbers come from the pages' verdicts and measurements.
+The index page opens with at most ten sentences. Their numbers come from the figures' pages.
 A sentence that would count nothing is left out.
 """
 from __future__ import annotations

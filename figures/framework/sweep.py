@@ -34,7 +34,7 @@ def results(cells: list[Cell], workers: Workers,
     here = workers.scheduler == LOCAL    # local processes find the same meshes as this process
     meshes = {scene: workers.sent({} if here else mesh_files(scene))
               for scene in {cell.scene for cell in ordered}}
-    # Get the settings before anything is timed, because this loads the scenes.
+    # Get the settings before anything is timed, because getting them loads the scenes.
     asked = {cell: as_kept(settings(cell)) for cell in ordered}
     for timed in (False, True):
         some = _dealt([cell for cell in ordered if work_of(cell).timed is timed])

@@ -22,7 +22,7 @@ PICTURE = "picture"   # the work of a whole picture: eye rays, shading and shado
 
 
 def measure(cell: Cell) -> dict[str, Any]:
-    """Return times of runs without counters, after warm-ups, and the counters of a last run.
+    """Return the times of runs without counters, and the counters of one more run.
 
     For PICTURE, the last run traces only the eye rays.
     """
@@ -57,7 +57,7 @@ def measure(cell: Cell) -> dict[str, Any]:
 
 
 def _share_ms(samples: Sequence[float], parts: Sequence[float]) -> float:
-    """Milliseconds of a part of a run: the part's median share of the runs' median time."""
+    """Return a part's milliseconds: its median share of a run, times the runs' median time."""
     share = statistics.median(part / whole for part, whole in zip(parts, samples))
     return 1e3 * statistics.median(samples) * share
 

@@ -52,9 +52,9 @@ class Verdict:
     claims : Number of claims that the measurements decide.
     held : Number of decided claims that hold.
     structure : Number of decided claims that depend on no scene.
-    stand_ins : The same rules' verdict on the stand-ins. Its `scenes` are the stand-ins.
-    renderer : The same rules' verdict on the present renderer's times, if this verdict is on the
-        times predicted for the paper's card.
+    stand_ins : The verdict on the stand-ins by the same rules. Its `scenes` are the stand-ins.
+    renderer : The verdict on the present renderer's times by the same rules, if this verdict is on
+        the times predicted for the paper's card.
     """
 
     word: str

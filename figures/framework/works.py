@@ -57,9 +57,9 @@ class MeasurementKind:
 
     name: str
     measure: Callable[[Cell, str], dict[str, Any]]    # takes a cell and the rest of its `work`
-    timed: bool = True          # whether it measures times, within `machine.alone`
+    timed: bool = True          # whether times are measured, alone on the machine
     catalogued: bool = True     # whether `load_scene` knows the scene of every such cell
-    # Digest of the scene's triangles. A stand-in has another digest.
+    # Digest of the scene's triangles. It tells a mesh from the stand-in for a missing mesh.
     digest: Callable[[Cell], str] = _of_catalogue
 
 
@@ -68,7 +68,7 @@ def _rays(cell: Cell, name: str) -> Workload:
 
 
 def picture_size(size: int) -> int:
-    """Return the side in pixels of the picture that an accuracy cell compares."""
+    """Return the side in pixels of the pictures that an accuracy cell compares."""
     return min(256, 2 * size)
 
 
@@ -140,7 +140,7 @@ WORKS = (
     MeasurementKind("needs", lambda cell, _: {"needs": needs_times.measure(
         dict(cell.options)["step"], cell.method, cell.size, cell.runs, cell.scene)},
         digest=lambda cell: needs_times.digest(cell.scene, dict(cell.options)["step"])),
-    # Judges the hits of size squared rays of each kind (`accuracy.known_rays`).
+    # Traces size squared rays of each kind (`accuracy.known_rays`), and judges their hits.
     MeasurementKind("accuracy", _accuracy),
     # Sizes of the kd-tree that the options describe.
     MeasurementKind("tree", lambda cell, _: {"tree": tree_sizes.measure(

@@ -1,8 +1,8 @@
 """Figure 3: the graphics pipeline as a stream processor, drawn from the passes of a real trace.
 
-Streams and tables come from records: rays and hits from shared records, states and tables from the
-method's row of the method table. Inputs and outputs come from linked programs, and the list of
-passes comes from an observed trace.
+The drawn streams and tables come from records: rays and hits from shared records, states and
+tables from the method's row of the method table. Inputs and outputs come from linked programs,
+and the list of passes comes from an observed trace.
 """
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ def draw_pass(axis: Any, shown: KernelPass, row: Any) -> None:
 
 
 def draw_list(axis: Any, every: tuple[KernelPass, ...]) -> None:
-    """Draw a bar for each pass in order: the colour shows the kernel, the height the rays."""
+    """Draw a bar per pass, in order. The colour shows the kernel; the height shows the rays."""
     most = max(one.rays for one in every)
     for at, one in enumerate(every):
         axis.add_patch(Rectangle((at + 0.06, 0), 0.88, one.rays / most,

@@ -1,7 +1,7 @@
 """Figure 10: the standard traversal of a kd-tree, step by step for one ray.
 
-The steps are the passes of kd-texture-stack, which follows the survey's pseudocode but corrects a
-mistake (`CODE`). A table row shows the ray's state, read from textures, after a pass.
+The steps are the passes of kd-texture-stack. This method follows `CODE`, the survey's pseudocode
+with a correction. A table row shows the ray's state, read from textures, after a pass.
 """
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def _chosen(small: World, step: Step, t_split: float) -> str:
 class Printed:
     """What the ray does under the survey's printed rule.
 
-    visited : nodes in order
+    visited : the nodes, in the order of the visits
     wrong : nodes with t_split < 0 where the rule descends into the near child
     hit : triangle, or -1
     """

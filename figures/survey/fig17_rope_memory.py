@@ -23,9 +23,9 @@ QUANTITIES = (("leaves", "leaves", 1, "leaves"),
               ("bytes", "kd-tree size", 2 ** 20, "MiB"),
               ("bytes_ropes", "kd-tree size with ropes", 2 ** 20, "MiB with ropes"),
               ("overhead", "rope overhead", 1, "overhead"))
-# Scene -> the depth limit, if not the default, that gives about as many leaves as in the paper.
+# Scene -> depth limit that gives about as many leaves as in the paper; default for others.
 DEPTH = {"conference": 34}
-# The lowest and highest published overhead, and the relative tolerance for ours.
+# The lowest and highest published overhead, and the relative tolerance for the measured overheads.
 LOWEST, HIGHEST, SLACK = 3.06, 3.30, 0.1
 
 
@@ -109,7 +109,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def _published(scene: str) -> list[float]:
-    """Return a row of the survey's table, in our units."""
+    """Return the survey's numbers for a scene, with the divisors of QUANTITIES applied."""
     values = [published("fig17", scene, "kd-ropes", quantity=name) for _, name, *_ in QUANTITIES]
     return [(value or float("nan")) / scale
             for value, (_, _, scale, _) in zip(values, QUANTITIES)]
@@ -151,7 +151,7 @@ def _published_bytes(scene: str) -> tuple[float, float]:
 
 
 def _series(name: str, sizes: list[tuple[float, float]], look: tuple[str, str]) -> Series:
-    """Return a series with a line per tree, in MiB: from its size without ropes to that with them.
+    """Return a series in MiB. A line per tree joins its sizes without and with ropes.
 
     ``sizes`` are in bytes; a pair of zeros gets no line.
     """

@@ -165,7 +165,7 @@ def packet_pairs(found: list[MethodSpeed]) -> list[str]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """Return the verdict on the predicted column, which also cites the measured column."""
+    """Return the verdict on the predicted column. The verdict also cites the measured column."""
     found = rows(data, full)
     said, here = (_judge(found, column) for column in ("predicted", "measured"))
     said = verdicts.on_card(find_card(CHIP).name, said, here)

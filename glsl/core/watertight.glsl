@@ -48,8 +48,8 @@ bool all_below_zero(vec3 v) {
     return min(min(bits.x, bits.y), bits.z) > MINUS_ZERO;
 }
 
-// Return the normal of triangle i, with permuted axes. The product of the two shorter edges is the most
-// exact normal. The shorter edges meet at v0 if apex.x, else at v1 if apex.y, else at v2.
+// Return the normal of triangle i, with permuted axes. The cross product of the two shorter edges is the
+// most exact. The shorter edges meet at v0 if apex.x, else at v1 if apex.y, else at v2.
 vec3 plane_normal(int i, bvec2 axes, out bvec2 apex) {
     vec3 e0 = R(triangle_v2(i) - triangle_v1(i));
     vec3 e1 = R(triangle_v0(i) - triangle_v2(i));

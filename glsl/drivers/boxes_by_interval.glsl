@@ -6,8 +6,8 @@
 // monotonic, so if the interval of a box is empty, none of the rays meets the box.
 //
 // Departure: a turn includes only the waiting rays that begin within REACH of the first waiting ray, on
-// every axis. If a silhouette splits a packet's shadow rays, bounds around all its rays would contain most
-// of the scene, and the packet would walk through most of the tree.
+// every axis. If a silhouette splits a packet's shadow rays, bounds around all these rays would contain
+// most of the scene, and the packet would walk through most of the tree.
 
 #define TESTERS(f) f(0);   // calls f(r) for each tester r of a box; here the packet is the only tester
 
@@ -28,8 +28,8 @@ vec3 chosen(bvec3 which, vec3 yes, vec3 no) {
     return vec3(which.x ? yes.x : no.x, which.y ? yes.y : no.y, which.z ? yes.z : no.z);
 }
 
-// The corner that the rays meet first, and the opposite corner. Octant copies of a tree and a ray's
-// lo_origin and hi_origin (core/ray.glsl) have this order.
+// The corner that the rays meet first, and the opposite corner. With OCTANTS, the boxes of nodes and a
+// ray's lo_origin and hi_origin (core/ray.glsl) already have this order.
 #ifdef OCTANTS
 
 vec3 met_first(vec3 lo, vec3 hi) {

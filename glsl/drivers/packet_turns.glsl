@@ -9,7 +9,7 @@ bvec3 negative_axes(int octant) {
     return bvec3((octant & 1) != 0, (octant & 2) != 0, (octant & 4) != 0);
 }
 
-const float NEVER = 3.0e38;   // t_min of a ray that waits or is settled
+const float NEVER = 3.0e38;   // t_min of a ray outside the current walk: it waits, or its search is over
 
 float t_turn[RAYS];           // t_min of a ray that waits for its turn, else NEVER
 int octant[RAYS];             // the number of the ray's turn

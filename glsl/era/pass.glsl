@@ -1,7 +1,7 @@
 // A pass runs one kernel on each ray that waits for this kernel, as on cards without loops (Purcell et
 // al. 2002; Foley and Sugerman 2005). The early depth test rejects all other rays. The host chooses a
-// kernel and masks other rays for several passes. A ray that then stops waiting for this kernel is copied
-// unchanged. With START the pass sets up the rays' states.
+// kernel and masks other rays for several passes. These passes copy a ray unchanged once it waits for
+// another kernel. With START the pass sets up the rays' states.
 //
 // With IN_LOOP the text is a kernel inside a loop, as on cards with branches (Horn et al. 2007), where the
 // loop has already branched to the kernel. A card's compiler counts the instructions; the text never runs.

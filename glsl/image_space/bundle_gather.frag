@@ -1,7 +1,7 @@
 #version 330 core
 // Final gathering by parallel projection (Hachisuka, GPU Gems 2, chapter 38, 2005; survey, section 5). A
-// receiving point between two neighbouring layers of the bundle sees the layer that it faces, and receives
-// this layer's light times the cosine.
+// receiving point between two neighbouring layers of the bundle sees the layer that it faces. It receives
+// this layer's light times the cosine between its normal and the bundle.
 //
 // Departures: a layer's depth is the depth of its triangle's plane at the point itself, not at the pixel's
 // centre. So the slope of the surface requires no lift (offset along the normal). A lift of a fraction of a

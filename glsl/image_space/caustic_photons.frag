@@ -1,5 +1,5 @@
 #version 330 core
-// In an image from the light, emit a photon per pixel that shows a refractor or mirror (Shah, Konttinen
+// In an image from the light, emit a photon at each pixel with a refractor or mirror (Shah, Konttinen
 // and Pattanaik, "Caustics Mapping: An Image-Space Technique for Real-Time Caustics", TVCG 2007; survey,
 // section 5). Write the photon's exit point, direction and flux. BORDERS is 0 for a mirror, 1 for a surface
 // with another medium behind it, and 2 for a closed mesh. As in the paper, image-space refraction finds a

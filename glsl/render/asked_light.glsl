@@ -1,9 +1,9 @@
 // Light sampling at a vertex of a path. Choose a light by Walker's alias method (1977), from the table of
-// gpgpu_rt/scene/light_choice.py. Then choose a point on this light. Both form the asked light. If the
-// surroundings of the scene are chosen, asked_surroundings.glsl samples a direction instead of a point.
+// gpgpu_rt/scene/light_choice.py. Then choose a point on this light. Light and point form the asked light.
+// If the scene's surroundings are chosen, asked_surroundings.glsl samples a direction, not a point.
 
 uniform int light_count;
-uniform float light_density;   // density of sampled points per area / luminance of their emission
+uniform float light_density;   // (density of sampled points per area) / (luminance of their emission)
 
 struct AskedLight {
     vec3 place;

@@ -1,7 +1,7 @@
 // Light sampling of the surroundings. If the surroundings are an image, brighter directions are sampled
 // more often, and multiple importance sampling gives the weights, as for points on emitting triangles. A
-// sky varies little in brightness, so light sampling draws its direction from the same distribution as the
-// path draws the next direction. The two directions then get equal weights, except for the probability that
+// sky varies little in brightness, so light sampling draws its direction from the distribution of the
+// path's next direction. The two directions then get equal weights, except for the probability that
 // light sampling chooses the surroundings (`far_chance`). Include after scatter.glsl, surroundings.glsl,
 // luminance.glsl and both_ways.glsl.
 

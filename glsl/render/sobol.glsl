@@ -19,7 +19,7 @@ uint reversed(uint x) {
 }
 
 // A permutation that keeps or flips each bit; only lower bits and the key decide whether a bit is flipped.
-// The permutation of a number with reversed bits is an Owen scrambling.
+// Applied to a number with reversed bits, the permutation is an Owen scrambling.
 uint permuted(uint x, uint key) {
     x += key;
     x ^= x * 0x6c50b47cu;

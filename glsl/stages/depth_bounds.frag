@@ -1,9 +1,9 @@
 #version 330 core
 // Rasterised bounds (survey, section 5: "if we know the bound of intersection points using rasterization,
 // we can use this bound to reduce the number of ray traversal steps"). The method is the project's own.
-// Triangles are drawn over a coarse image. MIN blending keeps three depths for each tile: the least depth
-// of any triangle, the greatest depth (negated), and the closing depth. No ray of the tile goes beyond the
-// closing depth, because a single triangle in front of this depth covers the whole tile.
+// Triangles are drawn over a coarse image, one texel per tile of rays. MIN blending keeps three depths per
+// texel: the least depth of any triangle, the greatest depth (negated), and the closing depth. No ray of
+// the tile goes beyond the closing depth, because one triangle in front of it covers the whole tile.
 
 #include <streams>
 #include "stages/eye_triangle.glsl"

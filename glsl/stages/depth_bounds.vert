@@ -1,5 +1,5 @@
 #version 330 core
-// Draws a rectangle over the tiles of an image in which a triangle may be visible. If a vertex lies beside
+// Draws a rectangle over all image tiles that may show a triangle. If a vertex lies beside
 // the eye or behind it, the rectangle covers the whole image. A triangle wholly behind the eye is not
 // drawn.
 

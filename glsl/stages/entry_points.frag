@@ -1,8 +1,8 @@
 #version 330 core
 // Entry points: Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005 (survey,
 // section 4.2). One fragment per tile walks the tree with a beam that bounds the tile's rays. The fragment
-// writes the nodes at which these rays begin their search. With UPPER, the beam walks through the subtrees
-// in the list of the larger tile around its tile, else through the whole tree.
+// writes the nodes at which these rays begin their search. With UPPER, the beam walks only the subtrees in
+// the list of the enclosing larger tile; otherwise, it walks the whole tree.
 //
 // Departure: in the paper a tile's rays begin at one node, the deepest node that holds every leaf that the
 // beam meets. In a bounding volume hierarchy, and for tiles whose rays pass many subtrees, this node is

@@ -7,7 +7,7 @@
 // Rounding. Let W be the distance of the farthest vertex from the eye and u = 2^-24. The watertight test
 // behaves like an exact test of a triangle whose vertices are displaced by a few u W. Subtracting the eye
 // from a vertex and shearing the difference rounds by less than 8 u W. The rounding of an edge function's
-// two products acts like a displacement of a vertex by u times the edge, which is at most 2 W long. The
+// two products acts like a displacement of a vertex by u times the edge's length, which is at most 2 W. The
 // test's t is the distance of the plane, clamped to the range of the vertices' depths; the rounding of the
 // plane's normal is a small rotation. The products in this file have errors of the same size. MARGIN is 100
 // u: all lengths are widened by MARGIN times W. The normal is widened by the rotation that such

@@ -5,9 +5,9 @@ import numpy as np
 
 from ..errors import SceneError
 
-# Builders widen boxes by this share of the scene's largest absolute coordinate, about 8 to 16
-# float32 spacings. A hit point in a shader has a smaller rounding error, so no hit falls between
-# two cells.
+# Builders widen boxes by this share of the scene's largest absolute coordinate. This padding is 8
+# to 17 float32 spacings of the coordinate. A hit point in a shader has a smaller rounding error,
+# so no hit falls between two cells.
 PADDING = 1e-6
 AT_ONCE = 1 << 18   # triangles that are converted to float64 together
 

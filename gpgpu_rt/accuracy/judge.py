@@ -89,7 +89,7 @@ class Judgement:
         return dict(zip(("median", "99.9 %", "max"), found.tolist()))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all figures except the arrays, ready for JSON."""
+        """Return all numbers except the arrays, ready for JSON."""
         return {"rays": len(self), "counts": self.counts, "wrong_share": self.wrong_share,
                 "upper_95": self.upper_95, "within_bound": int(self.within_bound.sum()),
                 **{name: self.quantiles(name) for name in

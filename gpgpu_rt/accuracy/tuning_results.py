@@ -20,7 +20,7 @@ class Trial:
     rates : number of rays that were timed together -> rays per second
     texture_bytes : bytes with 2^18 rays in flight
     finding : errors against the reference; None if they were not measured
-    misses : for each bound that is not kept, the value divided by the bound
+    misses : for each bound that is not kept, the measured value divided by the bound
     outcome : "chosen", "missed", "slower", "not possible" or "not reached"
     note : the reason for the outcome, as text
     """

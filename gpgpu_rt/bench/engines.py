@@ -42,7 +42,7 @@ class Engine:
     most : A slow engine traces only this number of rays, spread evenly over all rays; None: all.
     ends : Whether the engine accepts rays with an end, such as shadow rays.
     threads : Number of threads.
-    tile : Pixels (width, height) of the image's tiles. The engine gets the rays tile by tile.
+    tile : Size of the image's tiles in pixels. The engine gets the rays tile by tile.
     robust : Whether the engine promises that no ray leaks at an edge or vertex.
     absent : Function that returns the reason why the engine cannot run, or "". None if only
         missing modules are a reason.

@@ -199,5 +199,5 @@ def _hits(scene: str, name: str, size: int) -> Hits:
 
 @functools.lru_cache(maxsize=2)
 def load(name: str) -> Scene:
-    """Return a scene by name; the last two scenes stay in memory."""
+    """Return a scene by name; the two most recent scenes stay in memory."""
     return load_scene(name)

@@ -1,7 +1,7 @@
 """``gpgpu-rt render --floor``: put a floor below the scene, on which the scene's shadow falls.
 
-There is no floor by default. So the printed counts and times describe the given scene, its saved
-settings and cached trees can be used, and ``Tracer.render`` draws the same picture.
+There is no floor by default. So the printed counts and times describe the given scene. Its saved
+settings and cached trees can be used, and ``Tracer.render`` draws the same picture as the command.
 """
 from __future__ import annotations
 

@@ -120,8 +120,8 @@ def usage_of(actions: Iterable[argparse.Action]) -> str:
 
 
 def where_to_read_on(owned: Sequence[OwnedOptions], already: bool) -> str:
-    """Return how to see the other options. ``already`` says whether the help already lists an
-    owner's options."""
+    """Return how to see the options that this help omits. ``already`` says whether the help
+    already lists an owner's options."""
     ways = [] if already else [
         f"{' '.join([*options.words[:1], options.kind.upper()])} --help for the options of "
         f"{_article(options.kind)}" for options in owned]

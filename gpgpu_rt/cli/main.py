@@ -102,7 +102,7 @@ def _take_methods(arguments: Sequence[str]) -> list[str]:
 
 def command_parser(only: str | None = None) -> Parser:
     """Return the parser of all commands, or of the commands in the same module as the command
-    ``only``. Its ``switches`` are the switches of all these commands."""
+    ``only``. The parser's ``switches`` are the switches of all these commands."""
     parser = Parser(prog="gpgpu-rt", description="Ray tracing by fragment programs, as on the "
                     "graphics hardware of 2002-2007.")
     _add_methods_from(parser)

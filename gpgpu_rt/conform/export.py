@@ -1,6 +1,6 @@
-"""Export: writes the suite as plain data, for the tests of other projects.
+"""Export: writes the conformance suite as plain data, for the tests of other projects.
 
-Each family's rays and answers are in ``NAME.json`` and in ``NAME.npz``. ``schema.json`` describes
+A family's rays and answers are in ``NAME.json`` and in ``NAME.npz``. ``schema.json`` describes
 the JSON files. ``read_cases.py``, which needs only Python, reads a JSON file and judges a
 tracer's answers.
 """

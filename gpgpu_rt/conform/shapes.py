@@ -96,8 +96,8 @@ def square(quads: int) -> np.ndarray:
 
 
 def aims_at(triangles: np.ndarray, n: int, rng: np.random.Generator, at: str) -> np.ndarray:
-    """Return (n, 3) float64 random points ``at`` the "vertices", "edges" or "insides" of
-    triangles."""
+    """Return (n, 3) float64 random points at the parts of triangles that ``at`` names: "vertices",
+    "edges" or "insides"."""
     corners = triangles.astype(np.float64)[rng.integers(len(triangles), size=n)]
     weights = spread_over(rng, n)
     if at != "insides":

@@ -31,7 +31,7 @@ from .export import case_to_dict
 
 ENGINE, METHOD, FUNCTION, COMMAND = "engine", "method", "function", "command"
 PLACES = ("{cases}", "{answers}")
-COMMAND_SECONDS = 120   # limit for a call; `runner.SECONDS` allows two calls
+COMMAND_SECONDS = 120   # limit for a call of a program; `runner.SECONDS` exceeds two calls
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class Spec:
 
     @property
     def engine(self) -> Adapter:
-        """The engine's row of the table, or a new row for a method, function or program."""
+        """The engine's row of ENGINES, or a new row for a method, function or program."""
         if self.kind == ENGINE:
             return ENGINES[self.name]
         return Adapter(self.title, PROJECT if self.kind == METHOD else "", (), self.load,

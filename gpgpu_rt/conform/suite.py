@@ -35,7 +35,7 @@ class Row:
     rays : Number of traced rays; 0 if the engine does not accept their t_min and t_max, gave no
         answer in an earlier family, or cannot be loaded.
     undecidable : Number of rightly answered rays for which a hit and a miss are both right.
-    wrong : Number of wrong rays by kind (KINDS). After a crash, all ``rays`` count.
+    wrong : Number of wrong rays by kind (KINDS). After a crash, all ``rays`` count as CRASH.
     seconds : Time of the engine's call in seconds, with the construction of its structure.
     note : Why the engine crashed or traced no ray; else "".
     own : For a wrapper of another engine, the number of wrong rays that the other engine answers

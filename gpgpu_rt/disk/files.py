@@ -16,7 +16,7 @@ from ..errors import Error
 WRITING = ".writing-"     # prefix of unfinished files
 _KINDS = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a FIFO", stat.S_IFCHR: "a device",
           stat.S_IFBLK: "a device", stat.S_IFSOCK: "a socket", stat.S_IFLNK: "a link"}
-# A full disk, a quota, and a limit on the size of files.
+# Error numbers of a full disk, an exceeded quota, and a limit on file sizes.
 FULL = (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC))
 _NO_OUTPUT = ("/dev", "/proc", "/sys")      # no place for a user's files
 

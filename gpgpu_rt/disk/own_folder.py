@@ -1,7 +1,7 @@
 """Own folder: makes this user's folder for temporary files, and checks whether to trust a folder.
 
-All users share the folder for temporary files. Another user could create a link there, through
-which this program would write its files, or a FIFO, which would block this program.
+All users share the folder for temporary files. Another user could create a link there, and this
+program would write its files through the link. A FIFO there would block this program.
 """
 from __future__ import annotations
 

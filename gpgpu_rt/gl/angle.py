@@ -30,7 +30,7 @@ DISABLED = ("supportsShaderFramebufferFetch", "supportsShaderFramebufferFetchNon
             "supportsShaderFramebufferFetchDepthStencil", "supportShaderPixelLocalStorageAngle",
             "emulatePixelLocalStorage", "supportsBlendOperationAdvanced")
 
-# Names of EGL and of EGL_ANGLE_platform_angle
+# Constants of EGL, of EGL's extensions for ANGLE, and of OpenGL
 EGL_NONE, EGL_SURFACE_TYPE, EGL_PBUFFER_BIT = 0x3038, 0x3033, 0x0001
 EGL_RENDERABLE_TYPE, EGL_OPENGL_ES3_BIT = 0x3040, 0x0040
 EGL_WIDTH, EGL_HEIGHT, EGL_MAJOR, EGL_MINOR = 0x3057, 0x3056, 0x3098, 0x30FB

@@ -52,7 +52,7 @@ def is_software(renderer: str) -> bool:
 
 
 def threads_of(renderer: str) -> int | None:
-    """Return the number of a software renderer's threads in this process, after its first draw.
+    """Return how many threads a software renderer has in this process; call this after a draw.
     Return None for a graphics card, or if the system does not list threads."""
     if not is_software(renderer):
         return None
@@ -172,8 +172,8 @@ class Gpu:
             raise LimitError(f"OpenGL says {error} after {what} on {self.renderer}")
 
     def release(self, framebuffer: moderngl.Framebuffer) -> None:
-        """Release ``framebuffer`` after binding another. moderngl would bind a released
-        framebuffer again, which is a GL error."""
+        """Release ``framebuffer`` after binding another. Otherwise moderngl would later bind the
+        released framebuffer again, which is a GL error."""
         if self._rest is None:
             self._rest = self.context.simple_framebuffer((1, 1))
         self._rest.use()
@@ -249,7 +249,7 @@ def _made(backend: str) -> Gpu:
 
 
 def open_gpu(context: str | moderngl.Context | Gpu | None = None) -> Gpu:
-    """Return the context to draw with. The first call for a backend makes the process's context.
+    """Return the context to draw with. The first call for a backend makes its shared context.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ import re
 
 from ..errors import ShaderError
 
-# The header has as many lines as it replaces, so that errors name the right lines.
+# This header has as many lines as the text that it replaces, so errors name the right lines.
 HEADER = """#version 300 es
 precision highp float;
 precision highp int;
@@ -34,7 +34,7 @@ def es_text(text: str) -> str:
 
     Parameters
     ----------
-    text : a resolved text, as `ObservedPass.texts` or `program_text` has it
+    text : a text without includes, as in `ObservedPass.texts` or from `program_text`
 
     Raises
     ------

@@ -68,7 +68,7 @@ class FragmentPass:
 
         Parameters
         ----------
-        textures : sampler name -> texture; unsampled textures are ignored
+        textures : sampler name -> texture; names that the program does not sample are ignored
         mode : moderngl.POINTS, TRIANGLES, ...
         vertices : number of vertices per instance; -1 for all of the geometry
         """

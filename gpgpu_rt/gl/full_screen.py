@@ -29,7 +29,7 @@ class Rectangles:
         self.corners = np.zeros((0, 4), np.float32)
 
     def write(self, corners: np.ndarray) -> None:
-        """Replace the rectangles by (n, 4) corners x0, y0, x1, y1, in texels or in the ``unit`` of
+        """Replace the rectangles by (n, 4) corners x0, y0, x1, y1, in texels times the ``unit`` of
         `FullScreenPass.draw`."""
         self.corners, self.count = np.ascontiguousarray(corners, np.float32), len(corners)
         if self.count:
@@ -72,7 +72,7 @@ class FullScreenPass(FragmentPass):
         textures : sampler name -> texture; unsampled textures are ignored
         depth : window depth in [0, 1], written and tested
         rectangles : the rectangles to draw; None draws the whole target
-        unit : side of a texel, in the coordinates of the corners
+        unit : length of a texel's side, in the coordinates of the corners
         """
         size = target.size
         if rectangles is None:

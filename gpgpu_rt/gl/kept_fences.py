@@ -18,10 +18,10 @@ KEPT = 512
 
 
 class KeptFences:
-    """Keeps the fences of the last scenes, if the renderer is llvmpipe.
+    """Keeps the fences of the most recent scenes, if the renderer is llvmpipe.
 
-    A query keeps a reference to the fence of the scene in which the query last ended. So `keep`
-    ends a query in every scene, and uses the queries in turn.
+    A query keeps a reference to the fence of the scene in which the query most recently ended. So
+    `keep` ends a query in every scene, and uses the queries in turn.
     """
 
     def __init__(self, context: moderngl.Context, renderer: str) -> None:

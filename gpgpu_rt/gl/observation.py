@@ -27,7 +27,7 @@ class ObservedPass:
 
     Attributes
     ----------
-    number : Index of the pass if the observer is a list (`Passes`), from 0; else 0.
+    number : Number of passes that a `Passes` observer received before; 0 for other observers.
     name, vertex : Files of the fragment and the vertex program, below ``glsl/``.
     kernel : Name of the method's kernel that ran. "init" sets up states, "all" runs the kernel
         that each ray's own state names, "visit" and "intersect" run packets. Empty for a

@@ -12,10 +12,10 @@ from .record import Plane, sampler_glsl
 
 @dataclass(frozen=True)
 class PackedRecord:
-    """A table record of bit fields in integer texels with up to four channels each.
+    """A table record of integer texels. A texel has up to four channels. A channel holds fields.
 
     ``"lo:16 hi:16 | link:32"`` lists the fields of each channel from the lowest bit up. In GLSL,
-    ``name_lo(i)`` returns a uint.
+    ``<name>_lo(i)`` returns the field ``lo`` of row ``i`` as a uint.
     """
 
     name: str

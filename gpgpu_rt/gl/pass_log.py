@@ -26,10 +26,10 @@ class PassWork:
     Attributes
     ----------
     name : the kernel or the file of the program
-    texts : the (vertex, fragment) texts
+    texts : the (vertex, fragment) shader texts
     draws, fragments : number of draws and of fragments
-    streams_read : bytes that fragments read from streams, on the assumption that each fragment
-        reads one texel of each stream texture
+    streams_read : bytes that fragments read from streams (textures that are no tables), on the
+        assumption that each fragment reads one texel of each texture
     tables : names of the sampled tables. ``gpgpu_rt.hardware`` counts the fetches
     texel_bytes : sampler -> bytes of a texel of the sampled texture
     written : bytes written to render targets
@@ -47,7 +47,7 @@ class PassWork:
 
 @dataclass
 class PassLog(Observer):
-    """The work of a call's passes by name and texts, and the bytes moved between host and card."""
+    """Sums the work of each program in a call, and the bytes moved between host and card."""
 
     passes: dict[tuple[str, tuple[str, str]], PassWork] = field(default_factory=dict)
     queries: int = 0
@@ -87,7 +87,7 @@ class PassLog(Observer):
         self._waiting = []
 
     def to_list(self) -> list[dict[str, Any]]:
-        """Return each program's work as plain data, in the order of first draws."""
+        """Return each program's work as plain data, in the order in which programs first drew."""
         self._read()
         return [{key: value for key, value in asdict(one).items() if key != "texts"}
                 for one in self.passes.values()]

@@ -5,8 +5,8 @@ stream. A declaration lists fields texel by texel: ``"v0:vec3 index:int | v1:vec
 Types are float (the default), vec2, vec3, vec4, int, ivec3 and ivec4. Integers are stored as
 floats, exact from -2^24 to 2^24.
 
-All other fields are geometric: the option ``storage`` sets their format, unless the record has
-``full_precision``. Under fp16, geometric fields have their own texels, in half float textures.
+Fields other than integers are geometric: the option ``storage`` sets their format, unless the
+record has ``full_precision``. Under fp16, they have their own texels, in half float textures.
 """
 from __future__ import annotations
 
@@ -246,7 +246,7 @@ class Record:
     def stream_glsl(self, writes: bool, first_target: int = 0, reads: bool = True) -> str:
         """Return the GLSL struct and load function of a stream record.
 
-        ``writes`` adds the store function, which rounds to ``storage`` and draws into the render
+        ``writes`` adds the store function, which rounds to ``storage`` and writes to the render
         targets from ``first_target`` on. Without ``reads``, the record stays in registers: a
         function that rounds replaces the load function.
         """

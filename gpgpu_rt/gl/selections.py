@@ -7,8 +7,8 @@ path to it. Within `picked_value(a, b, c)`, arguments are plain names, so a call
 
 A selection (one of these expressions) is rewritten only if both values may be computed: they
 assign nothing, call no function with an effect or a loop, and read no array outside its bounds.
-So they may index an array only by a function's parameter: to an index parameter, programs pass
-only the number of a ray or an axis, which lies inside the array.
+So they may index an array only by a function's parameter. Programs pass only numbers of rays or
+axes as such indices, and these numbers lie inside the array.
 """
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ Item = str | Bracketed
 
 
 def without_branches(text: str) -> str:
-    """Write selections in functions as calls of ``FUNCTIONS``; lines keep their numbers."""
+    """Rewrite selections in functions as calls of ``FUNCTIONS``; lines keep their numbers."""
     items = _grouped(text)
     functions = _functions(items)
     parameters = frozenset(item for _, _, arguments, _ in functions
@@ -109,7 +109,7 @@ def _is_directive(item: Item) -> bool:
 
 
 def _flat(items: Iterable[Item]) -> Iterable[Item]:
-    """Yield all items without blanks, each group before its items."""
+    """Yield all items except blanks, each group before its items."""
     for item in items:
         if not _is_blank(item):
             yield item
@@ -246,8 +246,8 @@ class _Writer:
         return text
 
     def _changes_nothing(self, items: Sequence[Item]) -> bool:
-        """Return whether computing a value changes nothing. A selection's first value is always
-        computed, so it needs to pass only this test."""
+        """Return whether computing a value changes nothing. A selection's first operand is always
+        computed, so only this test applies to it."""
         words = [item for item in _flat(items) if isinstance(item, str)]
         return _calls(items) <= self._harmless and not any(
             word in _CHANGING or _is_directive(word) for word in words)

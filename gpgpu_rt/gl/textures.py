@@ -33,7 +33,7 @@ def make_texture(gpu: Gpu, size: tuple[int, int], components: int, what: str,
     Raises
     ------
     LimitError
-        if the texture exceeds the renderer's limit, or if memory is short
+        if the texture exceeds the renderer's limit or the free memory
     """
     gpu.check_size(*size, what)
     try:
@@ -122,7 +122,7 @@ def _room(gpu: Gpu, name: str, count: int, plane: Plane,
 
 
 def _write_rows(texture: moderngl.Texture, row: int, texels: np.ndarray, dtype: str) -> None:
-    """Write (n, components) texels from ``row`` on; zeros fill the last row."""
+    """Write (n, components) texels from ``row`` on; zeros fill the rest of the last row."""
     rows = max(1, -(-len(texels) // TABLE_WIDTH))
     padded = np.zeros((rows * TABLE_WIDTH, texels.shape[1]), "<" + dtype)
     padded[:len(texels)] = texels

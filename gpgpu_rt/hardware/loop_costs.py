@@ -9,7 +9,7 @@ from .machine_model import issue_slots, stream_fetches
 from .static_costs import era_programs, packet_methods, static_cost
 
 PACKET_RAYS = 4     # rays of a packet in the era form (traversal/era_packets.py)
-ON_CHIP = ("push", "pop")     # kernels of the stack, which a loop keeps in on-chip memory
+ON_CHIP = ("push", "pop")     # kernels of the stack; a loop keeps the stack in on-chip memory
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class LoopCost:
     Attributes
     ----------
     instructions : number of arithmetic instructions that the card issues
-    fetches : texels of tables
+    fetches : texels fetched from tables
     levels : levels of texture indirection. A fetch is one level above the fetches on which its
         coordinates depend. The texels of a record are fetched together
     """

@@ -1,4 +1,4 @@
-"""Machine model: predicts a card's seconds for issued kernels, without a fitted constant.
+"""Machine model: predicts a card's time for the kernels that it issues, without fitted constants.
 
 A kernel computes, fetches texels of tables, and moves its streams (ray, state and hit). A card
 does the three in parallel, so the slowest decides:
@@ -52,7 +52,7 @@ class Assumptions:
     texel_bytes: float = 16.0
 
     def varied(self) -> dict[str, tuple[Assumptions, Assumptions]]:
-        """Return name -> two sets of assumptions: with this number halved, and doubled."""
+        """Return name -> two sets of assumptions: with the named number halved, and doubled."""
         return {one.name: (replace(self, **{one.name: getattr(self, one.name) / 2}),
                            replace(self, **{one.name: getattr(self, one.name) * 2}))
                 for one in fields(self)}
@@ -138,7 +138,7 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
     ----------
     issued : the issues, from `issue.issued_in_loop`
     costs : the cost of each kernel in a loop
-    streams : `stream_fetches` of each kernel, which a loop does not make
+    streams : `stream_fetches` of each kernel; a loop does not make these fetches
     pixels : number of pixels of the image, all covered by the pass
     sharing : number of lanes that share one load of a table's texel
     uncoalesced : whether each run of a kernel loads its texels from memory, without the texture

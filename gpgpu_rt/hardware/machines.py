@@ -67,8 +67,8 @@ def by_unit(kernel: str, taken: str) -> bool:
 
 
 def runs(work: Mapping[str, Any], kind: str, width: int = 1) -> float:
-    """Return how often groups of ``width`` rays run kernels of a ``kind`` ("steps" or "tests"),
-    per ray. A stack's push or pop counts as part of the step before it."""
+    """Return the runs per ray of all kernels of a ``kind`` ("steps" or "tests"), for groups of
+    ``width`` rays. A stack's push or pop counts as part of the step before it."""
     lanes = work["lanes"][str(width)]
     return sum(count for kernel, count in lanes.items()
                if kernel not in WITHIN and by_unit(kernel, kind)) / width / work["count"]

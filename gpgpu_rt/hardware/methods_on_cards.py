@@ -1,4 +1,4 @@
-"""Methods on cards: compare the programs of each method with the limits of a card.
+"""Methods on cards: compares the programs of each method with the limits of a card.
 
 The era form of a method (docs/era.md) is judged by the counts of Mesa's compiler for the card.
 Today's programs, which no card's compiler accepts, are judged by their targets, tables, loops,
@@ -20,7 +20,7 @@ from ..traversal.era_packets import LOOP
 from .cards import Card, Needs, Refusal
 from .static_costs import COMPILERS, PACKETS, era_programs, packet_methods, static_cost
 
-# Not judged: this project added the program only to save time. It finds tiles without live rays.
+# Not judged: this program finds tiles without live rays. The project added it only to save time.
 LEFT_OUT = {"drivers/tile_counts.frag"}
 # Under `loop`, these programs have a loop whose length depends on the rays.
 LOOPS = {"drivers/traverse.frag", "drivers/packet.frag"}
@@ -31,7 +31,7 @@ SIZE = 8   # side of the image in pixels; programs do not depend on it
 class _Programs(Observer):
     """Collects the programs of a call. ``found`` maps a program's texts to its name (its only
     kernel's name, or else its file's name), the largest number of render targets of its passes,
-    and the number of texels in the largest table that it reads."""
+    and the number of texels in the largest table that the program reads."""
 
     def __init__(self) -> None:
         self.found: dict[tuple[str, str], tuple[str, int, int]] = {}
@@ -95,8 +95,8 @@ def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell"
 
 
 def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str], list[Refusal]]:
-    """Return why a card cannot run the era form of each method, that is, a kernel per pass or a
-    loop over packets.
+    """Return why a card cannot run the era form of each method. This form runs a kernel per pass,
+    or a loop over packets.
 
     Mesa's compiler for the card counts instructions. R200 and NV25 have no compiler in COMPILERS;
     their counts are those of R300's compiler.

@@ -47,8 +47,8 @@ def with_more_runs(trace: KernelTrace, more: Mapping[str, np.ndarray]) -> Kernel
 
     Parameters
     ----------
-    more : name -> (n, h, w) int, the number of runs after each step. At most one of the kernels
-        follows a step
+    more : name -> (n, h, w) int, the number of runs after each step. At most one of these
+        kernels runs after a step
     """
     live = trace.steps != FINISHED
     counts = [np.where(live, count, 0).astype(np.int32) for count in more.values()]

@@ -21,8 +21,8 @@ from ..traversal.era import EraKernel, era_kernels
 from ..traversal.era_packets import packet_kernels, packet_loop
 
 COMPILERS = ("r300", "r420", "r580", "nv40", "g80")
-# The depth of a full stack changes a constant of the program, but no instruction. The depth of a
-# short stack is an option of the method.
+# The depth of a full stack changes a constant of the program, but no instruction, so any depth
+# serves here. The depth of a short stack is an option of the method.
 DEFINES: Mapping[str, object] = {"STACK_SIZE": 32}
 # Settings to compile in addition to the defaults: (method, options).
 SETTINGS: tuple[tuple[str, Mapping[str, Any]], ...] = (

@@ -1,7 +1,7 @@
 """Table reads: finds the addresses of the table texels that rays fetch, from a trace of kernels.
 
 A ray's state names the record that its next kernel reads: the node to visit, or the position in a
-list of triangles. The trace has both (``FIELDS``), so fetches need not be observed.
+list of triangles. The trace has these fields (``FIELDS``), so fetches need not be observed.
 """
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TABLES = (KD_NODE, BVH_NODE, REFERENCE, TRIANGLE)
 READS: Mapping[str, tuple[Record, ...]] = {
     "down": (KD_NODE,), "traverse": (BVH_NODE,), "intersect": (REFERENCE, TRIANGLE),
     "push": (), "pop": ()}
-TABLE = 1 << 40     # distance between the first addresses of two tables
+TABLE = 1 << 40     # distance between the first addresses of consecutive tables
 
 
 def table_reads(trace: KernelTrace, tables: Mapping[str, Mapping[str, Any]],

@@ -128,7 +128,7 @@ def _listed(folder: Path) -> set[str]:
 
 @contextmanager
 def _room(folder: Path) -> Iterator[None]:
-    """Make the folder if it is missing. If the block fails, remove it if it is new and empty."""
+    """Make a missing folder. If the ``with`` block fails, remove a new folder that is empty."""
     is_new = not folder.exists()
     try:
         folder.mkdir(exist_ok=True)

@@ -1,4 +1,4 @@
-"""Places: finds the node or cell of each ray state, its box, and its decoded records."""
+"""Places: finds the node or cell of each ray state, and reads this place's box and records."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -65,7 +65,7 @@ class Places:
 
     def records(self, number: int) -> Decoded:
         """Return a place's records, decoded from the textures: record -> field -> value.
-        Only tables with a record per place are read, and no tables of triangles."""
+        Read only tables that have a record per place and do not hold triangles."""
         tracer, session = self._tracer, self._tracer.session
         found: Decoded = {}
         for record in tracer.method.tables_for(tracer.options):

@@ -1,8 +1,8 @@
 """Time travel: shows the state of every ray after every pass.
 
-Under ``kernels``, a pass writes only rays that wait for its kernel, into one of two buffers.
-The texels of other rays hold older states. A ray's number of steps never decreases. So, if a ray's
-states before and after a pass differ, the state with more steps is newer.
+Under the schedule ``kernels``, a pass writes only rays that wait for its kernel, into one of two
+buffers. The texels of other rays hold older states. A ray's number of steps never decreases. If a
+ray's states before and after a pass differ, the state with more steps is newer.
 """
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Pass:
     served : Kernel -> number of rays for which it ran in this pass.
     live : Number of unfinished rays.
     state, hit : Fields of the method's state and of HIT, an entry per ray. For a ray of a packet,
-        ``state`` holds the packet's state, and the further fields of the ray's own state.
+        ``state`` also holds the fields of the packet's state.
     """
 
     number: int
@@ -100,7 +100,7 @@ def _one_pass(tracer: Tracer) -> str:
     if watched:
         return (f"method {method.name} under schedule loop has one pass to look at; use the "
                 f"schedule {' or '.join(watched)}")
-    # tracer.method is the form for these options. The method's row may support more schedules.
+    # tracer.method is the variant for these options. The method's row may have more schedules.
     row = find_method(method.name)
     bound = [o for o in TRACER_OPTIONS + row.options if options[o.name] != o.default
              and {*row.schedules_for({**options, o.name: o.default})} > {"loop"}]
@@ -112,8 +112,8 @@ def _one_pass(tracer: Tracer) -> str:
 
 
 def watchable_relatives(method: Method) -> list[str]:
-    """Return the methods of the same family whose passes can be observed. If some of them use
-    stacks and packets as ``method`` does, return only these."""
+    """Return the methods of the same family whose passes can be observed. If some of these methods
+    agree with ``method`` in the use of stacks and packets, return only those."""
     family = [row for row in methods() if family_of(row.name) == family_of(method.name)
               and {"step", "kernels"} & set(row.schedules)]
     alike = [row for row in family if (row.stack, row.packet) == (method.stack, method.packet)]
@@ -180,7 +180,7 @@ class _StateRecorder:
 
     def _newer_rays(self, kernel: str, state: Fields) -> np.ndarray:
         """Return which rays a pass has changed. The target may hold older states of other rays.
-        The era form counts no steps, but its passes run all rays that wait for the kernel."""
+        The era form counts no steps; there, a pass changes all rays that wait for its kernel."""
         if "steps" in state:
             return state["steps"] > self.state["steps"]
         return self.state["phase"] == self.numbers[kernel]

@@ -178,7 +178,7 @@ def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
             raise MethodError(f"{where}: prepare returns {type(made).__name__}; return an "
                               "Accelerator")
         missing = {"scene_lo", "scene_hi"} - set(made.uniforms)
-        if missing:     # without these, rays could miss triangles on the faces of boxes
+        if missing:     # without these uniforms, rays could miss triangles on the faces of boxes
             raise MethodError(f"{where}: prepare returns no {' and no '.join(sorted(missing))}; "
                               "the kernels need these uniforms to widen boxes; add "
                               "**box_uniforms(triangles)")

@@ -19,7 +19,7 @@ def sah_cost(structure: Structure, *, traversal_cost: float = 1.0,
     """Return the expected cost of a random line that crosses the scene's box and hits nothing.
 
     A node (or cell) costs `traversal_cost`, plus `intersection_cost` for each of its triangles.
-    A node's weight is its surface area relative to the scene's box.
+    Each cost is weighted by the node's surface area divided by that of the scene's box.
     """
     return _cost(_areas(structure), traversal_cost, intersection_cost)
 
@@ -36,8 +36,8 @@ def quality(structure: Structure, *, traversal_cost: float = 1.0,
             intersection_cost: float = 1.0) -> dict[str, int | float]:
     """Return the figures of merit: name -> value.
 
-    `references_per_leaf` is an average over leaves (or cells) that are not empty,
-    `references_per_triangle` over triangles that have a reference.
+    `references_per_leaf` averages over leaves (or cells) that are not empty, and
+    `references_per_triangle` averages over triangles that have a reference.
     """
     areas, counts = _areas(structure), _leaf_counts(structure)
     filled = int(np.count_nonzero(counts))

@@ -10,14 +10,14 @@ assumed to be correctly rounded. Contraction to fused multiply-adds only removes
 factor ``_ROUND_UP`` covers the errors of the bounds themselves, which are evaluated in float64.
 
 Each step uses the steps before. A capital letter denotes a computed value, the lower case letter
-its exact value. O and d are the ray's origin and direction, and V is a vertex. Axes are permuted
-so that the direction is largest in z:
+its exact value. The exact inputs are the ray's origin O and direction d, and a vertex V. Axes are
+permuted so that the direction is largest in z:
 
 1. The host scales the direction by a power of two so that ``|d.z|`` is in [0.5, 1): exact.
 2. ``A = V - O``: ``|A - a| <= u |a| + 3 tiny`` (two inputs and a result may be flushed).
 3. ``S = d.x / d.z`` with ``|s| <= 1``: ``|S - s| <= u |s| + 4 tiny`` (1 / |d.z| is at most 2).
-4. The sheared vertex ``P = A.x - S A.z``. The product contains the roundings of S, of A.z and of
-   the product, and the subtraction adds a fourth rounding:
+4. The sheared vertex ``P = A.x - S A.z``. The product ``S A.z`` contains the roundings of S and
+   A.z and its own rounding, and the subtraction adds a fourth rounding:
    ``|P - p| <= (1 + u) (u |a.x| + gamma(3) |s a.z| + 8 tiny (1 + |a.z|)) + u |p| + tiny``.
 5. An edge function ``W = P.x Q.y - P.y Q.x`` of two sheared vertices P and Q with errors e and f.
    The errors of P.x and Q.y change the first product by at most ``e.x |q.y| + |p.x| f.y + e.x
@@ -167,8 +167,8 @@ def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
         u, u_bound = _weight(1, w, w_bound, w_most, det, det_least, arithmetic)
         v, v_bound = _weight(2, w, w_bound, w_most, det, det_least, arithmetic)
 
-        # The largest values, products of two sheared coordinates and depths divided by d.z, must
-        # not overflow.
+        # The largest values must not overflow: products of two sheared coordinates, and depths
+        # divided by d.z.
         spread = np.abs(p).max(axis=(0, 1)) + p_bound.max(axis=(0, 1))
         most = np.maximum(spread ** 2, np.abs(z).max(axis=0))
         safe = (most < arithmetic.huge / 8) & (w_most.sum(axis=0) < arithmetic.huge / 8)

@@ -14,7 +14,7 @@ from .plane import Rounding, edges_of, kept, plane_distance
 # If all nonzero coordinates and edges have magnitudes of at least SAFE, no denormal occurs before
 # the division in `plane_distance`. The test multiplies at most three such numbers and subtracts
 # twice. A nonzero difference is at least 2^-24 times its larger operand, so no result is below
-# 2^(-75 - 48). After the division, a denormal needs a ratio of 2^126 between normal components.
+# 2^(-75 - 48). A denormal after the division needs a ratio of 2^126 between a normal's components.
 SAFE = np.float32(2.0 ** -25)
 
 

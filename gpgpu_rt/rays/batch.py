@@ -56,8 +56,8 @@ class RayBatch:
     count : the number of rays, n
     shape : (h, w) if given by ``shape`` or the arrays, else (n,)
     size : (width, height) of the ray textures
-    start : (4,) float32, the origin and t_min that all rays share; None if rays differ, if a ray
-        is invalid, if an origin was advanced, or if t_min is negative
+    start : (4,) float32, the origin and t_min that all rays share; None if they differ between
+        rays, if a ray is invalid, if an origin was advanced, or if t_min is negative
     tiles : bounds of the tiles; None if they were not requested, if the textures are too wide, or
         if the rays were sorted
     order : the order of the rays in the textures, or None if they were not sorted
@@ -138,7 +138,7 @@ class RayBatch:
         return np.broadcast_to(t, self.count)
 
     def _rows(self, part: slice) -> list[np.ndarray]:
-        """Return the rows of a block that begins a row, (rows, width, 4) per texture."""
+        """Return the rows of a block, (rows, width, 4) per texture. The block starts a row."""
         width = self.size[0]
         rows = slice(part.start, -(-part.stop // width) * width)
         return [plane[rows].reshape(-1, width, 4) for plane in self._planes]

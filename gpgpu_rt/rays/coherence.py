@@ -26,7 +26,7 @@ def coherence(batch: RayBatch, diagonal: float) -> float | None:
     float
         from 0 to 1; None if no pair of neighbouring rays exists
     """
-    rays = batch.sample(*_sampled(*batch.size[::-1]))    # (tiles, y, x) each
+    rays = batch.sample(*_sampled(*batch.size[::-1]))    # each field: (tiles, y, x, ...)
     origins, directions = rays["origin"], rays["direction"]
     usable = rays["t_min"] <= rays["t_max"]
     kind = (directions < 0) @ np.array([1, 2, 4]) + 8 * np.abs(directions).argmax(-1)

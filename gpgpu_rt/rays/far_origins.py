@@ -1,18 +1,18 @@
-"""Far origins: if an origin is far from the scene, moves it along its ray to near the scene.
+"""Far origins: moves far origins of rays along their rays to places near the scene.
 
 A shader computes a point of a ray with an error of a few times 2^-24 of the point's distance from
 the origin. Builders widen boxes by `bounds.PADDING` times the largest coordinate. This padding
 exceeds the error only if the origin is at most a few times the scene's size away. A ray from
 further away could miss cells and leaves. Moving the origin in float64 adds an error of half a
-float32 spacing at the scene. The triangle test has a larger error if the origin is far.
+float32 spacing at the scene. For a far origin, the triangle test has a larger error.
 """
 from __future__ import annotations
 
 import numpy as np
 
 # Lengths are in radii of the sphere around the scene's box. An origin is far if its distance from
-# the sphere's centre exceeds FAR. A far origin moves forward along its ray to the place that lies
-# NEAR before the ray's point nearest to the centre. An origin past this place stays.
+# the sphere's centre exceeds FAR. A far origin moves forward along its ray to a place before the
+# ray's point closest to the centre, NEAR away from this point. An origin past the place stays.
 FAR = 4.0
 NEAR = 2.0
 ABREAST = 128       # points per row in `by_axis`; numpy reduces long rows faster
@@ -43,7 +43,7 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
     d = directions[far].astype(np.float64)
     length = np.sqrt((d ** 2).sum(axis=1))
     ahead = np.maximum((offset[far] * d).sum(axis=1) / length - NEAR * radius, 0) / length
-    # Round the shift to float32, so that t keeps values of few digits, such as 10.
+    # Round the shift to float32, so that adding it to t restores simple values, such as 10.
     shift[far] = ahead.astype(np.float32)
     moved = origins.copy()
     moved[far] = origins[far] + shift[far, None] * d

@@ -35,7 +35,7 @@ def random_rays(scene: Any, n: int, seed: int) -> Rays:
 def surface_rays(scene: Any, n: int, seed: int) -> Rays:
     """Return rays that leave the surface from points that are uniform by area.
 
-    Directions are uniform on the hemisphere of the triangle's normal. Origins lie 1e-3 of the
+    Directions are uniform on the hemisphere around the triangle's normal. Origins lie 1e-3 of the
     scene's extent away from the surface, along the direction.
 
     Raises SceneError if no triangle has an area.

@@ -14,7 +14,7 @@ from ..hits import Hits
 from ..numerics.public_call import public_call
 
 _BITS = 24          # bits of a float32 significand
-_PAIRS = 1 << 16    # most pairs of ray and triangle in a batch
+_PAIRS = 1 << 16    # largest number of pairs of ray and triangle in a batch
 
 
 @dataclass

@@ -85,9 +85,9 @@ def settle(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray,
     """Use integers to decide the rays that float64 cannot decide, and return the hits of all rays.
 
     Error bounds of float64 tell which triangles may be a ray's nearest hit. A ray is doubtful if
-    there are several such triangles, or if a single one may be missed. `nearest_of_pairs` then
-    chooses among these triangles. Copies of a triangle cause no doubt, because the lowest index
-    wins.
+    there are several such triangles, or if the only such triangle may be missed.
+    `nearest_of_pairs` then chooses among these triangles. Copies of a triangle cause no doubt,
+    because the lowest index wins.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ SAMPLERS = ("sobol", "random")
 
 @dataclass(frozen=True)
 class PathSettings:
-    """The length of paths, and their random numbers.
+    """The settings of path lengths and of random numbers.
 
     Attributes
     ----------

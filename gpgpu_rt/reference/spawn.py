@@ -82,7 +82,7 @@ def _further(offset: np.ndarray, low: np.ndarray, high: np.ndarray, most: np.nda
 
 def _hit_points(corners: np.ndarray, u: np.ndarray, v: np.ndarray
                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points of triangles, given by u and v, (k, 1) each, in float32.
+    """Return the float32 points of k triangles at u and v, (k, 1) each.
 
     Returns
     -------

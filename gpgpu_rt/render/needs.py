@@ -116,7 +116,7 @@ SURFACES = Table(SURFACE, lambda scene: {
     "normal": Column(len(scene), lambda rows: unit_normals(scene.triangles[rows])),
     "material": scene.material_of})
 # Hits name triangles in the scene's order, but the tracer's triangle table is in its method's
-# order. Rays that leave surfaces therefore need a second table.
+# order. Programs that start rays on a hit triangle therefore read a second table.
 LEFT_SURFACES = Table(TRIANGLE, lambda scene: triangle_table(scene.triangles)[TRIANGLE.name],
                       geometric=True)
 _MIRROR = Table(MIRROR, lambda scene: {"share": [m.mirror for m in scene.materials]})

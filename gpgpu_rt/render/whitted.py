@@ -7,8 +7,8 @@ An occlusion query counts the rays of a branch in the pass that makes these rays
 rays ends. After the eye rays, passes draw only the tiles in which a branch has rays, because most
 texels are empty after several bounces.
 
-Reflected rays are traced in the next wave, so two sets of textures suffice for them. Refracted
-rays wait until their branch is traced, so each depth needs its own textures for refracted rays.
+Reflected rays are traced in the next wave, so two sets of textures, used alternately, suffice.
+Refracted rays wait until their branch is traced, so each depth needs its own textures for them.
 """
 from __future__ import annotations
 

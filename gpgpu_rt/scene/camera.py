@@ -107,8 +107,8 @@ class Camera:
     @classmethod
     def looking_at(cls, bounds: tuple[np.ndarray, np.ndarray], *, fov: float = 45.0,
                    along: Vector = (-0.45, -0.35, -1.0)) -> Camera:
-        """Return a camera outside a box, with y up. It sees the whole box in every picture whose
-        width is at least its height.
+        """Return a camera outside a box, with y up. Every picture that is not taller than wide
+        shows the whole box.
 
         Parameters
         ----------

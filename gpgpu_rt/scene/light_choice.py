@@ -15,8 +15,8 @@ def asks_surroundings(scene: Scene) -> bool:
     """Return whether next-event estimation samples the surroundings of a scene.
 
     An image is always sampled, because it may be bright in a few small places. A sky is smooth, so
-    bounced rays find the sky's light equally well. Sampling the sky would leave fewer shadow rays
-    for other lights, so a sky is sampled only if the scene has no other light.
+    bounced rays find its light as well as shadow rays do. Sampling the sky would leave fewer
+    shadow rays for other lights, so a sky is sampled only if the scene has no other light.
     """
     if scene.environment is None or not scene.environment.emits:
         return False
@@ -31,7 +31,7 @@ class LightChoice:
 
     Each entry names a light and an ``alias``, which is another light. The first random number
     picks an entry. With probability ``keep`` the choice is the entry's light, otherwise its alias
-    (Walker 1977, built by Vose's method of 1991): one lookup, for any number of lights.
+    (Walker 1977, built by Vose's method of 1991). A choice needs one lookup, however many lights.
 
     Attributes
     ----------
@@ -40,8 +40,8 @@ class LightChoice:
     alias : Another light for each entry, encoded as in ``triangle``, (n,) int32.
     keep : Probability to choose ``triangle`` and not ``alias``, (n,) float32 in [0, 1].
     point_probability : Probability of each point light, (p,) float64.
-    density : Probability density of a point on an emitting triangle, per square world unit,
-        divided by the luminance of the triangle's emission; the same for all triangles.
+    density : Probability per square world unit to choose a point on an emitting triangle, divided
+        by the luminance of the triangle's emission. This quotient is equal for all triangles.
     far : Probability of the surroundings.
     """
 
@@ -61,9 +61,9 @@ class LightChoice:
 
         A triangle weighs its area times the luminance of its emission. A point light, whose light
         does not decrease with distance, weighs as much as a triangle that gives the same light at
-        half the scene's extent. The surroundings weigh as much as a point light of their power,
-        but at most as much as all other lights together: objects may hide the surroundings where
-        other lights reach.
+        a distance of half the scene's extent. The surroundings weigh as much as a point light of
+        their power, but at most as much as all other lights together, because objects may hide the
+        surroundings.
         """
         rows = scene.emitters
         corners = scene.triangles[rows].astype(np.float64)
@@ -116,10 +116,10 @@ class LightChoice:
 def _alias(probabilities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the probability to keep each entry, and the alias of each entry.
 
-    Givers are the entries above the mean. In order, givers fill the deficits of the entries below
-    the mean. The last deficit that a giver fills usually exceeds the rest of its surplus; the
-    giver then has a deficit itself, which the next giver fills. A search in the cumulative sums of
-    deficits and surpluses replaces Vose's loop.
+    Givers are the entries above the mean. One after another, givers fill the deficits of the
+    entries below the mean. The last deficit that a giver fills usually exceeds the rest of the
+    giver's surplus. The giver then has a deficit itself, which the next giver fills. A search in
+    the cumulative sums of deficits and surpluses replaces Vose's loop.
     """
     count = len(probabilities)
     scaled = probabilities * count

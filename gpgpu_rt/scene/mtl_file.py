@@ -40,8 +40,8 @@ def read_library(path: Path) -> dict[str, LibraryMaterial]:
     ------
     OSError
         the file cannot be read
-    SceneError
-        a texture cannot be read
+    SceneError, LimitError
+        a texture cannot be read; a texture is too large
     """
     found: dict[str, LibraryMaterial] = {}
     current: LibraryMaterial | None = None

@@ -151,8 +151,8 @@ def _indices(words: Sequence[bytes]) -> np.ndarray:
 
 def _count_from_zero(index: np.ndarray, declared: np.ndarray, line: np.ndarray) -> None:
     """Convert a file's indices in place, so that they count from 0. In the file, a negative index
-    counts back from the last value before the index's line. In the result, a negative index is
-    missing or points before the first value."""
+    counts back from the last value before the index's line. In the result, an index is negative if
+    the file gives none or points before the first value."""
     back = index < 0
     if back.any():
         before = np.searchsorted(declared, line[back])
@@ -206,7 +206,7 @@ class _Text:
         Raises
         ------
         ValueError
-            a line has text or fewer numbers than ``least``; the message names the first such line
+            a line holds a non-number or too few numbers; the message names the first such line
         """
         rows = self.rows(word).tolist()
         width = min(max(self.columns(word), least), 6)
@@ -233,8 +233,8 @@ class _Text:
     def named_before(self, word: bytes, lines: np.ndarray, default: str
                      ) -> tuple[list[str], np.ndarray]:
         """Return the distinct names of ``lines``, and the index of each line's name. A line's name
-        follows ``word``, such as ``usemtl``, in the last earlier line that begins with ``word``.
-        Without such an earlier line, the name is ``default``."""
+        follows ``word``, such as ``usemtl``, in the nearest earlier line that begins with
+        ``word``. Without such an earlier line, the name is ``default``."""
         rows = self.rows(word)
         said = [default, *(self.body(row, word) or default for row in rows.tolist())]
         used, which = np.unique(np.searchsorted(rows, lines), return_inverse=True)

@@ -1,4 +1,4 @@
-"""Sight: finds the triangles that a few rays from one point hit, without any accelerator."""
+"""Sight: finds the first triangles along a few rays from one point, without an accelerator."""
 from __future__ import annotations
 
 import numpy as np

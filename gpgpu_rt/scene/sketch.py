@@ -18,8 +18,8 @@ _STEPS = np.array([[0.7548776662466927], [0.5698402909980532]])
 
 
 def sketch(triangles: np.ndarray, colours: np.ndarray, camera: Camera) -> Image.Image:
-    """Return a picture of triangles, lit from the camera. Draw only a sample of a large mesh's
-    triangles.
+    """Return a picture of triangles, lit from the camera. A large mesh is drawn from a sample of
+    its triangles.
 
     Parameters
     ----------

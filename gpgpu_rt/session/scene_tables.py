@@ -14,7 +14,7 @@ from ..traversal.method import Tables
 
 
 class SceneTables(dict[str, dict[str, moderngl.Texture]]):
-    """A dict: record name -> sampler name -> texture.
+    """The textures of tables: record name -> sampler name -> texture.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class SceneTables(dict[str, dict[str, moderngl.Texture]]):
         self.integers: dict[str, int] = {}
 
     def write(self, records: Tables, accelerator: Accelerator) -> None:
-        """Write an accelerator's tables into textures, then run the accelerator's finisher.
+        """Write an accelerator's tables into textures, and run the passes that complete them.
 
         Textures of the same size are reused. A table is not written again if its arrays are the
         same object as before.

@@ -72,7 +72,7 @@ class Sessions:
         return any(method.packet for method, _ in self.rows.values())
 
     def remade(self) -> Choices:
-        """Return choices from which another process makes equal sessions, with its own context."""
+        """Return choices from which another process, in its own context, makes equal sessions."""
         context = self.present.options["context"]
         context = context if isinstance(context, str) else None
         return Choices(*(replace(self.choices.of(rays), options={**options, "context": context})
@@ -181,8 +181,8 @@ class Sessions:
         return COHERENT if share >= COHERENT_SHARE else INCOHERENT
 
     def _choose(self, kind: str) -> Session:
-        """Make the session for rays of this kind the present session. If building or moving this
-        session fails, keep the present session."""
+        """Change the present session to the session for rays of this kind. If building or moving
+        that session fails, keep the present session."""
         if kind == self.chosen or not self.choices.differ:
             return self.present
         before, session = self.present, self._sessions.get(kind)

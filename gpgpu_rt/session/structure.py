@@ -89,7 +89,7 @@ class Structure:
         self.table_bytes.update(self.tables.bytes())
 
     def adopt(self, method: Method, options: Mapping[str, Any]) -> tuple[Samplers, Accelerator]:
-        """Return the tables of another method over the same tree, and make the missing
+        """Return the tables and the accelerator of another method over the same tree. Make missing
         textures."""
         missing = [record for record in method.tables_for(options)
                    if record.name not in self.tables]
@@ -98,7 +98,7 @@ class Structure:
             assert method.adopt is not None
             accelerator = method.adopt(accelerator.structure, self.triangles, options)
             self.write(tuple(missing), accelerator)
-        accelerator.small_integers = self.tables.small_integers     # of all tables
+        accelerator.small_integers = self.tables.small_integers     # for the tables of all methods
         return self.tables.samplers(), accelerator
 
     def move(self, scene: Scene, built: Accelerator | None = None) -> Moved:

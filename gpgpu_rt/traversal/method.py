@@ -69,7 +69,7 @@ class Part:
         return self.files.get(value, self.files.get(True, self.plain) if value else self.plain)
 
 
-# The files that test a triangle against a packet's rays, and that skip triangles of a leaf.
+# The test of a triangle by a packet's rays, and the test that lets a packet skip triangles.
 TRIANGLE_TESTS = Part("triangle_tests", "intersection", "drivers/triangle_by_ray.glsl",
                       {"woop-watertight": "drivers/triangle_by_axes.glsl"})
 CULLING = Part("culling", "vertex_culling", "drivers/cull_nothing.glsl",

@@ -63,7 +63,7 @@ class TilePass(PrimitivePass):
         self._squares = squares
         self.set(squares=(across, down), side=squares.side)
         self.gpu.context.enable_only(moderngl.PROGRAM_POINT_SIZE)
-        # Fit whole squares: the renderer drops a point whose centre is outside the viewport.
+        # Include whole squares: the renderer drops a point whose centre is outside the viewport.
         target.framebuffer.viewport = (0, 0, across * squares.side, down * squares.side)
         try:
             self.draw(target, samplers, moderngl.POINTS, len(places))

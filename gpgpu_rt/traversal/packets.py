@@ -166,7 +166,7 @@ class PacketTraversal(MethodDriver):
         file = name.replace("_counters", "").replace("_unsettled", "")
         alone = any_hit or name == "packet_none"
         defines = {**self._defines(any_hit, alone), "SETTLED_ALONE": name == "packet"}
-        if name in ("packet", "packet_unsettled", "packet_none"):   # "packet_counters" counts
+        if name in ("packet", "packet_unsettled", "packet_none"):   # only "packet_counters" counts
             defines["STATISTICS"] = False
         return f"drivers/{file}.frag", defines, {**self._virtual(name, rays),
                                                  "targets": self._targets_text(alone)}

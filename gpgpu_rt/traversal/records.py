@@ -4,8 +4,8 @@ from __future__ import annotations
 from ..gl.record import EXACT_INTEGER, Record
 
 STACK_ENTRY = Record("stack_entry", "t_max node:int")
-"""A level of a ray's stack in an atlas: a node to visit, and the end of the ray's interval there.
-"""
+"""A level of a ray's stack in an atlas (stack_atlas.py): a node to visit, and the end of the ray's
+interval in this node."""
 
 NEAREST = Record("nearest", "t")
 """The smallest t of the triangles drawn over a ray."""
@@ -40,8 +40,8 @@ TESTED = Record("tested", "t triangle:int x:int y:int")
 ``x`` and ``y`` are the ray's texel."""
 
 LEAST = Record("least", "t spare:vec2 tests:int")
-"""Results of blending: the smallest t of a ray's tests, and the number of tests. ``spare`` is not
-used. It moves ``tests`` to the alpha channel, which has a separate blend equation."""
+"""Results of blending: the smallest t of a ray's tests, and the number of tests. ``spare``
+holds no data: it moves ``tests`` to the alpha channel, which has a separate blend equation."""
 
 LOWEST = Record("lowest", "triangle:int")
 """Result of blending: the lowest index of the triangles at the smallest t."""

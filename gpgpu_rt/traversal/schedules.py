@@ -118,7 +118,7 @@ class Traversal(MethodDriver):
 
     def _finish_all(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
                     any_hit: bool) -> bool:
-        """Trace every ray in registers. Return whether the traversal of each ray ended.
+        """Trace every ray in registers. Return whether the traversal of every ray ended.
 
         The program discards rays that do not end; an occlusion query counts the other rays.
         """

@@ -22,7 +22,7 @@ def triangle_table(triangles: np.ndarray, order: np.ndarray | None = None,
     Parameters
     ----------
     order : the index of each row's triangle; None for the order of ``triangles``
-    last : the field ``last`` of each row; None for a table without this field
+    last : for each row, 1 for the last triangle of a leaf, else 0; None omits the field
     """
     index = np.arange(len(triangles)) if order is None else order
     corners = np.ascontiguousarray(triangles).reshape(-1, 3)

@@ -56,7 +56,7 @@ class Controls:
             self._compare()
         if viewer.mode == "passes" and imgui.collapsing_header("States of the rays"):
             draw_state(viewer, mouse)
-        # The schedule is among the first five controls.
+        # Leave out the schedule here: it is among the first five controls.
         own, known = selection.row.options, {option.name for option in selection.known()}
         for title, key, options in (
                 (f"Options of {selection.method}", "own", own),
@@ -147,7 +147,7 @@ class Controls:
     def _heading(title: str, key: str, options: Sequence[Option],
                  given: Mapping[str, Any]) -> bool:
         """Draw a heading with the number of its changed options. Return whether the heading is
-        open. ImGui identifies headings by ``key``, so a new title closes no heading."""
+        open. ImGui knows a heading by ``key``, so the heading stays open if ``title`` changes."""
         changed = len({option.name for option in options} & set(given))
         note = f" ({changed} changed)" if changed else ""
         return imgui.collapsing_header(f"{title}{note}###{key}")

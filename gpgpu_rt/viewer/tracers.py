@@ -19,7 +19,7 @@ class Tracers:
     """The last few tracers of a scene, made at their first use.
 
     A new tracer draws a test picture. So an error in its programs appears while the viewer still
-    has its previous tracer.
+    has the previous tracer.
 
     Attributes
     ----------

@@ -76,7 +76,7 @@ async function draws() {
     if (counts && !wanted) await countWhole(drawn, camera, side);
 }
 
-// Traces the whole search of a picture that stops at a step, to count the live rays after each step.
+// If the picture stops at a step, traces the search to its end, to count the live rays after each step.
 async function countWhole(drawn, camera, side) {
     if (presentSurvey()) return;
     const whole = await trace(drawn, camera, side, side, {place: "count", stopped: () => wanted});
@@ -236,7 +236,7 @@ function describe(x, y) {
 
 // Choices -------------------------------------------------------------------------------------------------
 
-// Chooses the method that is selected on the page, a schedule, and the last step `most` (null: the whole search).
+// Chooses the page's selected method, the schedule `name`, and the picture's step `most` (null: the whole search).
 function choose(name = element("schedule").value, most = null) {
     chosen.method = page.methods.find(({name}) => name === element("method").value);
     const names = Object.keys(chosen.method.schedules), list = element("schedule");

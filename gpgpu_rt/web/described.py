@@ -31,7 +31,7 @@ EYE = "drivers/eye_rays.frag"
 COUNTING = ("drivers/mask.frag", "drivers/classify.frag", "drivers/tile_counts.frag")
 PUSH = "drivers/push.frag"
 PACKET_HITS = "drivers/packet_hits.frag"
-MOST_KERNELS = 4        # glsl/web/alive.frag counts each kernel's rays in a component of a texel
+MOST_KERNELS = 4        # glsl/web/alive.frag counts each kernel's rays in one channel of a texel
 _CAMERA = ("eye", "right", "up", "forward", "size")
 _OF_THE_EYE = (*_CAMERA, "rays_texel_0")        # the player sets these uniforms
 
@@ -131,7 +131,7 @@ class Described:
         return {"states": states, "hits": [hits, self._hits[hits]]}
 
     def _sampled_as(self, passes: Sequence[ObservedPass], sampler: str) -> dict[int, int]:
-        """Return target -> output for the targets that passes read through ``sampler``."""
+        """Map each target that passes read through ``sampler`` to the output that they read."""
         return dict(self._places[one.inputs[sampler].glo] for one in passes
                     if sampler in one.inputs and one.inputs[sampler].glo in self._places)
 

@@ -35,7 +35,7 @@ class WebMethod:
     ----------
     name, summary, citation : as in the method's row of the method table
     about : the paragraphs of the method's manual
-    schedules : the passes of each schedule that runs in a browser
+    schedules : schedule -> its passes, for all schedules that run in a browser
     test : the image's ``side``, the ``eye``, and the indices of two tables of `PageData`:
         ``directions`` of the test's rays, and ``hits`` (t, u, v, and the triangle or -1)
     costs : the steps and nodes of the test's rays, and the ray with the most steps
@@ -60,7 +60,7 @@ def why_not_in_browser(row: Method) -> str:
 
 
 def web_names(names: list[str] | None = None) -> list[str]:
-    """Return the methods for a page: the given names, or every method that runs in a browser.
+    """Return the methods' names for a page: ``names``, or all methods that run in a browser.
 
     Raises
     ------

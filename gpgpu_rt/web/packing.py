@@ -1,8 +1,8 @@
 """Packing: packs float32 tables into short texts, from which the page recovers the same bits.
 
-A row holds 1 to MOST_TEXELS successive texels; the best-packing number is chosen. Each component
-of a row is a column. Each value is predicted, and the differences from the predictions are stored
-byte plane by byte plane, which compresses well. `unpack.js` reverses these steps.
+A row holds 1 to MOST_TEXELS successive texels; the number that packs best is chosen. Each
+component of a row is a column. Each value is predicted, and the differences from the predictions
+are stored byte plane by byte plane, which compresses well. `unpack.js` reverses these steps.
 """
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ def packed_table(values: np.ndarray) -> dict[str, Any]:
     Returns
     -------
     dict
-        "values" and "width": the numbers of values and of columns. "data": the bytes of all
-        columns, compressed by raw deflate, as base64. "columns": [number, codes] of each column,
-        in the order of "data". The codes are [kind, prediction, number of byte planes]. If a key
-        divides the column into classes, they are [key column, last class, a list of the codes of
-        each class].
+        "values" and "width": how many values and columns exist. "data": the bytes of all columns,
+        compressed by raw deflate, as base64. "columns": [number, codes] of each column, in the
+        order of "data". The codes are [kind, prediction, number of byte planes]. If a key divides
+        the column into classes, they are [key column, last class, a list of the codes of each
+        class].
     """
     flat = np.ascontiguousarray(values, "<f4").ravel()
     components = 1 if np.ndim(values) == 1 else np.shape(values)[1]
@@ -70,7 +70,7 @@ class _Columns:
                     if divided[0] < 0.97 * cost:
                         cost, codes = divided[0], [key, CLASSES, divided[1]]
             if any(isinstance(one[0], int) and one[0] == k for one in self._codes.values()):
-                cost, codes = plain[k]      # a key of another column is not divided
+                cost, codes = plain[k]      # column k is a key, which must not be divided
             self._codes[k] = codes
             self.cost += cost * len(self.table) / max(len(sample), 1)
 

@@ -26,7 +26,7 @@ class PageData:
         self._known: dict[tuple[Any, ...], int] = {}
 
     def text(self, text: str) -> int:
-        """Store a program's text in GLSL ES, and return its number."""
+        """Store a program's text in GLSL ES, and return its index in ``texts``."""
         told = es_text(text)
         if told not in self.texts:
             self.texts.append(told)
@@ -35,7 +35,7 @@ class PageData:
     def scene(self, scene: Scene) -> None:
         """Store the scene's triangles, from which the page makes triangle tables and surfaces.
 
-        ``triangles`` then has the numbers of three tables: the distinct corners, each triangle's
+        ``triangles`` then has the indices of three tables: the distinct corners, each triangle's
         three corner indices, and each triangle's colour (8 bits each of red, green and blue).
         """
         self._corners = np.ascontiguousarray(scene.triangles, np.float32)
@@ -52,7 +52,7 @@ class PageData:
             "colours": self.values((colours @ (1, 256, 65536)).astype(np.float32))}
 
     def values(self, values: np.ndarray, **more: Any) -> int:
-        """Store a table of values, (n,) or (n, components) float32, and return its number."""
+        """Store values, (n,) or (n, components) float32; return their index in ``tables``."""
         key = values.shape, values.tobytes(), *more.items()
         if key not in self._known:
             self._known[key] = len(self.tables)
@@ -60,7 +60,7 @@ class PageData:
         return self._known[key]
 
     def texture(self, texture: moderngl.Texture) -> int:
-        """Store the table that a texture holds, and return its number."""
+        """Store the table that a texture holds, and return its index in ``tables``."""
         kind = {"f4": np.float32, "f2": np.float16}.get(texture.dtype)
         if kind is None:
             raise NotInBrowser("a table of the method does not hold floats")

@@ -6,9 +6,9 @@ const CHECKED = 16;
 const MOST_TURNS = 60000;   // a search that takes more turns is stopped
 const MOST_RECTANGLES = 1 << 14;
 
-// Draws the passes of a schedule. Returns the directions, the last states and hits, and the numbers of passes and
-// turns. The texture `directions` replaces the directions of the camera's rays. `most` limits the turns. `place`
-// names the targets, so that simultaneous traces share no target. The trace ends early if `stopped()` is true.
+// Draws the passes of a schedule. Returns the directions, the last states and hits, and how many passes and turns ran.
+// The texture `directions` replaces the directions of the camera's rays. `most` limits the turns. `place` names the
+// targets, so that simultaneous traces share no target. The trace ends early if `stopped()` is true.
 // `seen(states, turns)` is called after the set-up and after each turn. Throws a LostContext.
 async function trace(schedule, camera, width, height,
                      {directions = null, most = MOST_TURNS, place = "picture", stopped = () => false,

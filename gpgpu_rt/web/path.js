@@ -23,7 +23,7 @@ async function reader(drawn, name) {
     };
 }
 
-// Returns the number of the table behind a sampler.
+// Returns the index in `page.tables` of the table behind a sampler.
 function tableOf(drawn, sampler) {
     return Number(drawn.passes.map(({inputs}) => inputs[sampler]).find((one) => one).split(":")[1]);
 }

@@ -5,7 +5,7 @@ let dragging = false, listens = false;
 // Calls `turned` with each movement (dx, dy) of a drag, `ended` after the drag, and `clicked` after a press without a
 // drag.
 function onDrag(one, turned, clicked, ended) {
-    let from = null, moved = false, pressed = null;     // from: the last place; pressed: the pressed pointer
+    let from = null, moved = false, pressed = null;     // from: the previous place; pressed: the pressed pointer
     one.addEventListener("pointerdown", (event) => {
         if (event.button !== 0 || !event.isPrimary) return;
         [pressed, moved, from] = [event.pointerId, false, [event.clientX, event.clientY]];

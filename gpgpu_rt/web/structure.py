@@ -1,4 +1,4 @@
-"""Structure: where a page finds the box or cell of a ray's state, and the triangle under test.
+"""Structure: tells a page where to find a state's box or cell, and the triangle under test.
 
 The page reads a ray's path from the states that the passes wrote; it runs no traversal. The
 description names fields of the state, and the places of table fields in textures.

@@ -32,7 +32,7 @@ _tracers: OrderedDict[tuple[str, str, Options], tuple[Tracer, list[Path]]] = Ord
 
 
 def received(value: Any) -> Any:
-    """Return ``value``, a scene or a motion. Other tasks have this task's future as argument."""
+    """Return ``value``, a scene or a motion, which this task's future brings to later tasks."""
     return value
 
 
@@ -61,7 +61,7 @@ def _tracer(scene: Scene, digest: str, method: str, options: Options) -> tuple[T
 @contextlib.contextmanager
 def tracer_of(scene: Scene, built: Structures, digest: str, method: str,
               options: Options) -> Iterator[Tracer]:
-    """Yield a tracer that uses the structures ``built`` by another worker."""
+    """Yield a tracer. ``built`` holds its structures, which another worker has built."""
     give_cache(built)
     with _turn:
         yield _tracer(scene, digest, method, options)[0]
@@ -90,7 +90,7 @@ def draw(scene: Scene, built: Structures, digest: str, method: str, options: Opt
 def draw_frame(scene: Scene, built: Structures, digest: str, method: str, options: Options,
                motion: Callable[[int], np.ndarray], drawing: Mapping[str, Any],
                frame: int) -> np.ndarray:
-    """Move the tracer's triangles to a frame. Return the picture, (height, width, 3) uint8."""
+    """Move the triangles to a frame's positions. Return a picture, (height, width, 3) uint8."""
     with tracer_of(scene, built, f"{digest}, moving", method, options) as tracer:
         tracer.update(motion(frame))
         return np.asarray(tracer.render(**drawing))

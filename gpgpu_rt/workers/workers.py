@@ -91,7 +91,7 @@ class Workers:
         except BaseException:       # including an interrupt
             self._close_cluster()
             raise
-        # The MOST_KEPT futures that were used last.
+        # The MOST_KEPT most recently used futures.
         self._futures: OrderedDict[tuple[Any, ...], Any] = OrderedDict()
 
     def _connect(self, address: Any) -> None:
@@ -176,13 +176,13 @@ class Workers:
         method, options : as for ``Tracer``
         t_min, t_max : scalars, or a value per ray
         shape : (h, w) of the image that (n, 3) rays form
-        invalid : "raise", or "miss": rays with NaN, infinity or a zero direction get status 1
+        invalid : for rays with NaN, infinity or a zero direction: "raise", or "miss" (status 1)
         progress : called with the number of finished parts and of all parts
 
         Raises
         ------
         ValueError
-            if shapes do not match, or for an invalid ray; the message names the first invalid ray
+            if shapes do not match, or for invalid rays; the message names the first
         Error
             as for ``map``; and the errors of ``Tracer``
         """

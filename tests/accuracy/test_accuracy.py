@@ -219,7 +219,7 @@ def test_accuracy_command(capsys, tmp_path) -> None:
     meanings = dict(re.findall(r"(?m)^([^:\n]+): (.+)", out.partition("\n\n")[2]))
     assert ", ".join(["method", "precision", *meanings]) == ", ".join(heads)
     assert "up to 64 rays of each kind" in out and "bench" in meanings["Mrays/s, ms"]
-    assert "0.012" in out  # the 95 % upper bound of the share if none of 256 rays is wrong
+    assert "0.012" in out  # the 95 % bound of the wrong share if none of 256 rays is wrong
     path.unlink()
     for more, message in ((["--precisions", "fp12"], "no precision"), (["--rays", "0"], "rays"),
                           (["-m", "gird"], "did you mean grid"),
@@ -245,8 +245,8 @@ def test_several_methods_are_named_together_or_one_by_one(capsys) -> None:
 
 
 def test_of_all_methods_those_are_left_out_that_refuse_an_option(ball) -> None:
-    """Without a list of methods, `accuracy` leaves out methods that lack an option, and names
-    them."""
+    """Without a list of methods, `accuracy` leaves out methods that lack a given option, and
+    names these methods."""
     told: list[str] = []
     rows = accuracy(ball, formats=["fp32"], options={"build": "zhou", "schedule": "kernels"},
                     rays=4, size=(4, 4), report=told.append)

@@ -137,7 +137,7 @@ def test_knobs_come_from_the_option_tables(method: str) -> None:
 
 @pytest.fixture
 def few_rays(monkeypatch) -> None:
-    """Make the tuner's stages before the proof use fewer rays. Most stages then time a
+    """Reduce the numbers of rays in the tuner's stages before the proof. Most stages then time a
     candidate in a single run. Chance decides which candidate is fastest, but each choice still
     keeps its promise."""
     for name, value in (("PROBE", 256), ("SCREEN", 1024), ("FIELD", 1024), ("RUNS", 1)):

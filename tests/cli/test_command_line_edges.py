@@ -174,7 +174,7 @@ def test_a_report_without_figures_says_how_to_name_them(tmp_path: Path, capsys) 
 
 
 def test_a_report_names_what_it_draws_in_words(tmp_path: Path, monkeypatch) -> None:
-    """The progress messages of a report are plain words, without Python's signs for a tuple."""
+    """A report's progress messages are plain words, without the brackets and quotes of a tuple."""
     pytest.importorskip("markdown_it")
 
     def drawn(*_: object) -> str:

@@ -1,9 +1,9 @@
 """Tests every case of the catalogue with every method and each choice of the method's options. The
 quick suite omits many of these combinations.
 
-The catalogue is `gpgpu_rt/conform/families.py`. The hits of brute force are within each ray's
-error bounds, so no hit is wrong. Every other method returns the same bits as brute force, so none
-of its hits is wrong either.
+The catalogue is `gpgpu_rt/conform/families.py`. The tests check that the hits of brute force lie
+within each ray's error bounds. Every other method must return the same bits as brute force, so
+its hits are right too.
 """
 from __future__ import annotations
 

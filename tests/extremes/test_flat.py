@@ -1,8 +1,8 @@
 """Row 41 of the catalogue of extreme cases (docs/extremes.md): scenes that are flat along an axis,
 and rays that start on or near the plane of the scene.
 
-All hits equal the hits of brute force to the bit. This also holds if the ray's interval begins and
-ends at the t of a hit, so a method must visit every box that contains a hit. The hits of brute
+All hits equal the hits of brute force to the bit. This also holds if a ray's interval contains
+only the t of its hit. A method that skips a box around this hit would fail. The hits of brute
 force are within the derived error bounds.
 """
 from __future__ import annotations

@@ -107,7 +107,7 @@ def test_parts_of_the_rows_have_medians_of_their_own(tmp_path: Path) -> None:
 
 @dataclass(frozen=True)
 class _Row:
-    """A scored row of the figure's panel."""
+    """A substitute for a scored row of the page."""
 
     group: tuple[str, str]
     published: float
@@ -157,7 +157,7 @@ def test_a_form_that_was_not_counted_has_no_row(tmp_path: Path) -> None:
     cached, alike, past = (forms["kd-ropes"][name] for name in (
         WHILE_WHILE, STEP, era_counts.UNCOALESCED))
     # Half of the lanes wait. In the form UNCOALESCED, loads bypass the texture units, and waiting
-    # lanes load nothing. So the form UNCOALESCED takes less time.
+    # lanes load nothing. This form therefore takes less time.
     assert cached == alike and past < 0.9 * cached
 
 
@@ -182,7 +182,7 @@ def test_counts_of_an_image_keep_the_runs_of_each_ray() -> None:
 
 def test_lanes_of_a_warp_run_what_their_packet_visits() -> None:
     """A packet's counters say how often each of its lanes runs a kernel."""
-    scene, size = load_scene("cornell"), 192     # the tiles cover the image
+    scene, size = load_scene("cornell"), 192     # the counted tiles cover the image
     found = era_counts.measure(scene, workload("cornell", EYE, size), "bvh-packet", {}, "G80")
     issued = found["issued"][era_counts.PACKETS]
     with rt.Tracer(scene, "bvh-packet", statistics=True, packet=era_counts.WARP_PACKET,
@@ -199,7 +199,7 @@ def test_lanes_of_a_warp_run_what_their_packet_visits() -> None:
 
 
 def test_a_fragment_of_a_card_with_branches_traces_a_packet() -> None:
-    scene, size = load_scene("cornell"), 192     # the tiles cover the image
+    scene, size = load_scene("cornell"), 192     # the counted tiles cover the image
     options = {"push_down": True, "stack_size": 3, "skip_empty_leaves": False}
     found = era_counts.measure(scene, workload("cornell", EYE, size), "kd-packet", options, "R580")
     assert list(found["issued"]) == [WHILE_WHILE, STEP]

@@ -95,7 +95,7 @@ def test_without_predictions_the_verdict_says_which_methods_lack_them(tmp_path: 
 
 
 def test_each_improvement_of_packets_has_kernels_of_its_own(tmp_path: Path) -> None:
-    """All rows have the same kernel runs, so their times differ only by their compiled kernels."""
+    """All rows have the same kernel runs, so only the compiled kernels make the times differ."""
     kernels = ("traverse", "intersect", "leave", "begin", "pop")
     issued = {"kernels": kernels, "runs": [5000] * 5, "lanes": [6000] * 5, "iterations": 0,
               "passes": [0] * 5, "queries": 0}

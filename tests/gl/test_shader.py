@@ -39,7 +39,7 @@ def test_only_what_the_platform_has(path) -> None:
         assert not re.search(r"texelFetch\([^)]*\*", code)
 
 
-# A method of a user's own has an absolute path. Its header need not name a paper.
+# The file of a user's own method has an absolute path. Its header need not name a paper.
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()
                                     if not Path(row.glsl).is_absolute()])
 def test_headers_name_their_paper(method: str) -> None:

@@ -1,4 +1,4 @@
-"""Tests of the times predicted for machines with ray tracing units, for cards and the Cell."""
+"""Tests of the times predicted for cards, for machines with ray tracing units and for the Cell."""
 from __future__ import annotations
 
 from typing import Any
@@ -72,8 +72,8 @@ def test_prototypes_step_packets() -> None:
 
 def test_the_cell_waits_for_transfers() -> None:
     """One vector instruction executes a scalar instruction for four rays. A packet of four rays
-    fetches a texel once for all its rays. The 200 visits fetch one texel each, and the 40 tests
-    fetch four texels each."""
+    fetches a texel once for all its rays. The packets' 200 visits fetch one texel each, and
+    their 40 tests fetch four texels each."""
     cell = machines()["Cell"]
     hidden, waited = (on_cell(cell, WORK, COSTS, one) for one in (True, False))
     vectors = 200 * 60 + 40 * 100 + 50 * 5
@@ -105,8 +105,8 @@ def test_the_saarcor_of_2002_outruns_the_prototype_by_clock_and_cores() -> None:
 
 
 def test_a_loop_fetches_tables_alone() -> None:
-    """A visit of a kd-tree reads a node, and a test reads a reference and then a triangle. A push
-    and a pop access on-chip memory. All other fetches of a kernel read streams."""
+    """A visit of a kd-tree reads a node. A test reads a reference, then a triangle. A push or pop
+    uses on-chip memory. All other fetches read streams, which a loop keeps in registers."""
     costs = loop_costs("g80", "kd-texture-stack")
     found = {kernel: (cost.fetches, cost.levels) for kernel, cost in costs.items()}
     assert found == {"init": (0, 0), "down": (1, 1), "intersect": (4, 2), "push": (0, 0),

@@ -46,7 +46,7 @@ def named(case: object) -> str | None:
 
 @pytest.mark.parametrize("method, options", CASES + VARIANTS, ids=named)
 def test_the_printed_text_gives_the_same_hits(method: str, options: dict, monkeypatch) -> None:
-    """Programs compiled from the printed texts give hits that are equal to the bit.
+    """Programs compiled from the printed texts give the original programs' hits, bit for bit.
 
     The test replaces every program of a tracer, for the nearest hit and for any hit.
     """

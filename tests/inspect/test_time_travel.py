@@ -21,7 +21,7 @@ from gpgpu_rt.rays.batch import RayBatch
 from gpgpu_rt.rays.records import HIT
 from gpgpu_rt.traversal.schedules import LOOP_STEPS, Traversal
 
-# The passes of these methods keep no state for each ray.
+# The passes of these methods keep no states of single rays.
 BATCHED = ("ray-engine", "ray-tiles", "ray-hierarchy")
 WATCHED = [pytest.param(row.name, schedule, marks=() if schedule == "step" or row.name in (
     "grid", "kd-restart") else pytest.mark.full) for row in rt.methods()

@@ -112,8 +112,8 @@ def test_bunny_has_the_leaves_of_figure_17() -> None:
 @pytest.mark.parametrize("build", ["sah", "goldsmith-salmon"])
 def test_triangles_ascend_within_a_leaf(build: str) -> None:
     """The kernels of the era form (docs/era.md) compare only distances. Among triangles at the
-    same distance, the triangle that is tested first wins. Within a leaf, this triangle must have
-    the lowest index."""
+    same distance, the triangle that is tested first wins. Within a leaf, the triangle with the
+    lowest index must therefore come first."""
     bvh = build_bvh(random_soup(400, 39), build=build)
     leaf = bvh.count > 0
     owner = np.repeat(np.flatnonzero(leaf), bvh.count[leaf])

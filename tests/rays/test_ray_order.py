@@ -35,8 +35,8 @@ def rows_of_a_picture(count: int) -> np.ndarray:
 @pytest.mark.parametrize("scattered", [False, True], ids=["rows", "scattered"])
 def test_each_ray_lies_once_and_comes_back(monkeypatch, scattered: bool, count: int, share: float,
                                            seed: int) -> None:
-    """`RayOrder.planes` writes each ray that is not empty to one place, and `RayOrder.back`
-    restores the given order."""
+    """`RayOrder.planes` writes each ray to one place, except rays with an empty interval.
+    `RayOrder.back` restores the given order."""
     monkeypatch.setattr(ray_order, "BLOCK", 64)
     rng = np.random.default_rng(seed)
     origins = rng.uniform(0, 1, (count, 3)) if scattered else rows_of_a_picture(count)

@@ -18,8 +18,8 @@ CASES = [("bvh-packet", {"interval_test": True, "octants": octants, "quantise_no
 def test_rays_from_one_point(method: str, t_min) -> None:
     """Programs read the uniform if all rays share an origin and a t_min that is not negative.
 
-    The hits are also right after a call with other rays. Invalid rays and the padding after the
-    last ray stay misses.
+    A call with other rays in between does not change the hits. Invalid rays and the padding after
+    the last ray stay misses.
     """
     scene = rt.load_scene("cornell")
     origins, directions = (a.reshape(-1, 3) for a in scene.camera.rays((16, 16)))
@@ -46,8 +46,8 @@ def test_rays_from_one_point(method: str, t_min) -> None:
 
 def aimed(scene: rt.Scene, origin: np.ndarray, count: int,
           seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return (h, w, 3) origins and directions of rays from one point to vertices and points on
-    edges.
+    """Return (h, w, 3) origins and directions of rays from one point towards vertices, and
+    towards points on edges.
 
     Each ray is repeated eight times in a tile of 4x2, so a packet's bounds are as narrow as a ray.
     """

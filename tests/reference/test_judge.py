@@ -111,7 +111,7 @@ def test_hits_that_are_not_there(case) -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_zero_area_and_invalid_rays(seed: int) -> None:
-    """A hit on a triangle of zero area is a false hit. Invalid rays must be reported as such."""
+    """A hit on a triangle of zero area is a false hit. Hits must mark invalid rays as invalid."""
     flat = np.float32([[[0, 0, 0], [1, 1, 0], [2, 2, 0]], [[0, 0, -1], [3, 0, -1], [0, 3, -1]]])
     origins, directions = np.float32([[1, 1, 1]] * 4), np.float32([[0, 0, -1]] * 4)
     directions[2:] = 0

@@ -30,7 +30,7 @@ def small(monkeypatch) -> None:
 
 def pictures(scene: rt.Scene, method: str, ways: tuple[object, ...], tracer_options: dict,
              **options: object) -> list[tuple[np.ndarray, dict[str, int]]]:
-    """Return the radiance and the numbers of passes for each value of ``compact`` in ``ways``. A
+    """Return the radiance and {pass: number of draws} for each value of ``compact`` in ``ways``. A
     single tracer draws all pictures."""
     found = []
     with rt.Tracer(scene, method, **tracer_options) as tracer:
@@ -42,7 +42,7 @@ def pictures(scene: rt.Scene, method: str, ways: tuple[object, ...], tracer_opti
 
 def check_same_bits(scene: rt.Scene, method: str, tracer_options: dict, **options: object
                     ) -> dict[str, int]:
-    """Check that packing changes no bit, and return the numbers of passes under
+    """Check that packing changes no bit, and return {pass: number of draws} under
     ``compact=0.5``."""
     ways = ("off", 0.5, "on", "off")
     (expected, whole), *others = pictures(scene, method, ways, tracer_options, **options)
@@ -187,7 +187,7 @@ def test_a_vertex_asks_one_light(count: int) -> None:
 
 
 def test_an_interrupted_picture_keeps_its_bits(precise_renderer, small, monkeypatch) -> None:
-    """Ctrl-C while a wave's paths are packed keeps the sums of the earlier waves."""
+    """Ctrl-C while a wave's paths are packed keeps the picture of the earlier waves."""
     monkeypatch.setattr(path, "WAVE", 4 * SIZE[0] * SIZE[1])
     with rt.Tracer(path_scenes.cornell_lit()) as tracer:
         tracer.render(size=SIZE, integrator="path", samples=4, compact="off")

@@ -11,7 +11,7 @@ from gpgpu_rt.render.whitted import places_in_pixel
 
 
 def sheet(edge: float) -> rt.Scene:
-    """Return a bright sheet left of ``edge``, in pixels of a picture that is 8 pixels wide."""
+    """Return a bright sheet that ends ``edge`` pixels from the left of a picture 8 pixels wide."""
     x = 2 * edge / 8 - 1
     corners = [(-9, -9, 0), (x, -9, 0), (x, 9, 0), (-9, 9, 0)]
     return rt.Scene.from_arrays(corners, [[0, 1, 2], [0, 2, 3]], lights=(), environment=None,

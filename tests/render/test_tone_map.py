@@ -34,7 +34,7 @@ def grey(linear: float) -> int:
     ({"exposure": -3}, [grey(0.25), grey(0.0625), grey(0.03125)]),
     # The luminance is 0.2126 * 2 + 0.7152 * 0.5 + 0.0722 * 0.25 = 0.80085.
     ({"tone_map": "reinhard"}, [255, grey(0.5 / 1.80085), grey(0.25 / 1.80085)]),
-    # For L = 1: 2.54 / 3.16. For L = 0.5: 0.5 * 1.285 / (0.5 * 1.805 + 0.14).
+    # The curve at 1 is 2.54 / 3.16, and at 0.5 it is 0.5 * 1.285 / (0.5 * 1.805 + 0.14).
     ({"tone_map": "aces", "exposure": 1}, [grey(4 * 10.07 / (4 * 10.31 + 0.14)), grey(2.54 / 3.16),
                                            grey(0.6425 / 1.0425)])])
 def test_light_of_known_strength(integrator: str, options: dict, wanted: list[int]) -> None:

@@ -1,5 +1,5 @@
-"""In the past, rays hit triangles without area. The watertight test shears the corners of a
-triangle. Rounding then moves one of three collinear corners off the line.
+"""Rays miss triangles without area. In the past, rays hit them. The watertight test shears the
+corners of a triangle. Rounding then moves one of three collinear corners off the line.
 
 The fault appeared after the kitchen scene was moved by 10^4 times its extent. There, float32
 flattens 12,000 triangles. Of 40,000 rays aimed at vertices, 41 hit such a triangle. The package
@@ -17,7 +17,7 @@ from gpgpu_rt.options import TRACER_OPTIONS
 TESTS = next(option.choices for option in TRACER_OPTIONS if option.name == "intersection")
 
 
-# The quick suite tests the default intersection with every method, and other intersections with
+# The quick suite tests the default of `intersection` with every method, and other values only with
 # brute force and a packet method. The full suite tests all combinations.
 CASES = [pytest.param(row.name, name, id=f"{row.name}-{name}",
                       marks=() if name == "woop-watertight" or row.name in (

@@ -58,7 +58,7 @@ def took(tracer: rt.Tracer) -> tuple[str, str, str]:
 
 def share_of(origins: np.ndarray, directions: np.ndarray, diagonal: float = 1.0,
              **more) -> float | None:
-    """Return the share of coherent neighbours among the rays."""
+    """Return the share of pairs of neighbouring rays that are coherent."""
     return coherence(RayBatch(origins, directions, **more), diagonal)
 
 
@@ -268,14 +268,14 @@ def test_what_moves_on_the_gpu_moves_in_one_structure() -> None:
 
 
 def test_the_default_pair(scene) -> None:
-    """Without settings, `auto` uses packets for coherent rays and single rays for other rays."""
+    """Without settings, `auto` traces coherent rays in packets, and all other rays singly."""
     with rt.Tracer(scene, "auto") as tracer, rt.Tracer(scene, "brute-force") as truth:
         assert tracer.settings is None
         for rays, given, method in ((COHERENT, eye(scene), "bvh-packet"),
                                     (INCOHERENT, random(scene), "bvh-threaded")):
             assert_same_bits(truth.trace(*given), tracer.trace(*given))
             assert took(tracer) == (rays, method, method) and tracer.options["octants"]
-    with rt.Tracer(scene, "auto", schedule="step") as tracer:     # no entry points
+    with rt.Tracer(scene, "auto", schedule="step") as tracer:     # packets without entry points
         tracer.trace(*eye(scene))
         assert took(tracer) == (COHERENT, "bvh-packet", "bvh-packet")
     with rt.Tracer(scene, "auto", entry_points=4) as tracer:      # packets do not accept 4

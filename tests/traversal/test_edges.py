@@ -116,7 +116,7 @@ def test_any_number_of_rays(count: int) -> None:
         assert len(tracer.occluded(origins, np.tile(np.float32([0, 0, -1]), (count, 1)))) == count
 
 
-# The quick suite tests the other schedules in tests/extremes (row 40 of docs/extremes.md).
+# The quick suite runs only the last schedule here, and the others in tests/extremes (row 40).
 @pytest.mark.parametrize("method, schedule", [
     pytest.param(row.name, schedule, marks=() if schedule == row.schedules[-1]
                  else pytest.mark.full) for row in rt.methods() for schedule in row.schedules])
@@ -130,7 +130,7 @@ def test_step_cap_flags_rays(method: str, schedule: str) -> None:
         capped = tracer.trace(origins, directions)
     done = whole.steps < cap
     assert (capped.status[done] == 0).all()
-    if find_method(method).single:  # a ray may finish before its packet stops
+    if find_method(method).single:  # steps are the packet's; a ray may finish earlier
         done = capped.status == 0
         assert not done.all()
     else:
@@ -155,7 +155,7 @@ def test_counters_do_not_depend_on_the_schedule(precise_renderer, method: str,
                                                 schedule: str) -> None:
     scene = soup_scene(200, 14)
     origins, directions = np.random.default_rng(9).normal(size=(2, 500, 3)).astype(np.float32)
-    if find_method(method).single:  # rays of other dominant axes wait in `loop`: use one axis
+    if find_method(method).single:  # else rays wait under `loop`: give all the same dominant axis
         directions *= np.float32([1, 1, 1e4])
     counted = []
     for chosen in (find_method(method).schedules[-1], schedule):

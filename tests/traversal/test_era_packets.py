@@ -1,4 +1,4 @@
-"""The packets of the era form find the same triangles as today's packets. The tests run
+"""Packets in the era form (docs/era.md) find the same triangles as today's packets. The tests run
 the whole program, which holds all kernels in one loop, as a card with branches would run it."""
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def test_moved_triangles_are_followed():
 
 
 def test_a_loop_that_the_renderer_ends_early_is_an_error(scenes, monkeypatch):
-    """No known scene has a loop of such length, so the test makes the loop stop early."""
+    """No known scene exceeds a renderer's loop limit, so the test makes the loop stop early."""
     def cut_short(*given):
         found = packet_loop(*given)
         text = (ROOT / "era" / "packet_loop.glsl").read_text()

@@ -1,5 +1,5 @@
-"""A packet method writes its hits in one of two layouts: that of a caller's arrays, or that of
-textures of single rays for later passes. The hits are the same in both layouts."""
+"""A packet method writes its hits in one of two layouts: as the arrays that the caller gets, or as
+textures with an entry per ray, for later passes. Both layouts have the same hits."""
 from __future__ import annotations
 
 import numpy as np
@@ -17,8 +17,8 @@ PACKETS = [(1, 1), (2, 1), (2, 2), (4, 2), (4, 4)]
 def test_arrays_and_passes_get_the_same_hits(precise_renderer, method: str,
                                              packet: tuple[int, int], size: tuple[int, int]
                                              ) -> None:
-    """All hits equal the hits of brute force. This also holds if statistics need the hits in the
-    textures of single rays, and if packets extend beyond the image."""
+    """All hits equal the hits of brute force. This also holds if statistics need the textures with
+    an entry per ray, and if packets extend beyond the image."""
     scene = soup_scene(500, 5)
     rays = scene.camera.rays(size)
     with rt.Tracer(scene, "brute-force") as tracer:

@@ -40,8 +40,8 @@ def whole(tracer: rt.Tracer, *rays: np.ndarray, **ends: object) -> rt.Hits:
 @pytest.mark.parametrize("broken", [0.0, 0.1])
 def test_bounds_of_tiles(monkeypatch: pytest.MonkeyPatch, broken: float, at_once: int,
                          size: tuple[int, int], t_min: float) -> None:
-    """A tile's bounds are the bounds of the directions of all its live rays, whatever the size of
-    the batch's blocks. A batch has no tiles if a row of tiles has more rays than a block."""
+    """A tile's bounds are the bounds of its live rays' directions, even if a batch is processed in
+    blocks of AT_ONCE rays. A batch has no tiles if a row of tiles is larger than a block."""
     monkeypatch.setattr(ray_batch, "AT_ONCE", at_once)
     rng = np.random.default_rng(3)
     width, height = size

@@ -119,7 +119,7 @@ def test_a_scale_says_where_rays_lie_beyond(monkeypatch, what: str) -> None:
 @pytest.mark.parametrize("method", ["bvh-threaded", *map(full, ("kd-restart", "grid",
                                                                 "bvh-packet"))])
 def test_a_journey_ends_at_the_hits_of_a_trace(soup: str, method: str) -> None:
-    """The recorded passes end with the hits of a trace, within the limits of memory and time."""
+    """The recorded passes end with the hits of a trace. Limits of memory and time drop passes."""
     scene = rt.load_scene(soup)
     rays = scene.camera.rays(VIEW)
     with rt.Tracer(scene, method, schedule="step") as tracer:

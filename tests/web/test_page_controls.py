@@ -76,8 +76,8 @@ def test_the_slider_stops_the_search(page: Browser) -> None:
     assert differing(before, early) > 0.3
     orange = (early[..., 0] > early[..., 2] + 100).mean()
     assert orange > 0.1       # rays that wait for the first kernel
-    # The page computes the curve of live rays from the rays' steps. It counts the live rays at the
-    # shown step by the rays' phases. Both numbers must be equal.
+    # The page computes the curve of live rays from the rays' steps. From the rays' phases, it
+    # counts the live rays at the shown step. Both numbers must be equal.
     for _ in range(3):
         page.press("ArrowRight")
         settle(page)

@@ -41,8 +41,8 @@ def path(page: Browser, method: str) -> tuple[list[dict], np.ndarray, np.ndarray
 
 def host_states(method: str, origin: np.ndarray, direction: np.ndarray
                 ) -> tuple[list[dict], rt.Hits, dict[str, np.ndarray]]:
-    """Returns a ray's fields after each pass of the host's tracer, the ray's hit, and the texels
-    of the table of bounds."""
+    """Returns a ray's state after each pass of the host's tracer, the ray's hit, and the texels of
+    the table of bounds."""
     found: list[dict] = []
     tables: dict[str, np.ndarray] = {}
     options = {} if find_method(method).steps_once else {"steps_per_pass": 1}

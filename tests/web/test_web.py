@@ -104,7 +104,7 @@ def test_every_other_method_has_a_reason() -> None:
 
 
 def dumped(path: Path) -> str:
-    """Returns the page's elements after Chromium has run its script."""
+    """Returns a page's elements after Chromium has run the page's script."""
     assert CHROMIUM is not None
     return subprocess.run([CHROMIUM, *SWIFTSHADER, VIRTUAL_TIME, "--dump-dom", f"file://{path}"],
                           capture_output=True, text=True, timeout=300, check=True).stdout
@@ -173,7 +173,7 @@ def _other_rays(told: dict) -> None:
 
 
 def _writes_nothing(told: dict) -> None:
-    """Disable the output of the last pass that draws once per trace."""
+    """Disable the output of the last of the passes that are drawn once per trace."""
     discards(told, told["methods"][1]["schedules"]["loop"]["once"][-1])
 
 

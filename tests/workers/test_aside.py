@@ -124,8 +124,8 @@ def test_what_a_helper_started_stands_still_too() -> None:
 
 
 def test_threads_of_a_process_hold_the_machine_in_turns() -> None:
-    """Only one thread of a process times a cell at a time. A Dask worker may have several threads,
-    which would otherwise time several cells at once."""
+    """At any time, only one thread of a process times a cell. A Dask worker may have several
+    threads, which would otherwise time several cells at once."""
     spans: list[tuple[float, float]] = []
 
     def time_something(k: int) -> None:

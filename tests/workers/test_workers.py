@@ -80,7 +80,7 @@ def test_packets_find_the_same_tiles(given: str, workers: Workers, monkeypatch) 
 @pytest.mark.parametrize("shape", [(0, 5), (1, 1), (7, 3), (16, 2)])
 def test_images_of_few_rows_are_cut_or_not(shape: tuple[int, int], workers: Workers,
                                            monkeypatch) -> None:
-    """Images of any small size are traced, and a shape that does not match is refused."""
+    """Images of any small size are traced. A shape that does not match the rays is refused."""
     monkeypatch.setattr(module, "PART", 1)
     directions = np.ones((*shape, 3), np.float32)
     found = workers.trace("cornell", 0 * directions, directions, METHOD)
@@ -151,7 +151,7 @@ def test_arrays_that_do_not_fit_are_refused(workers: Workers) -> None:
 
 
 def test_old_scenes_are_let_go_and_lists_taken(workers: Workers, monkeypatch) -> None:
-    """Only the latest MOST_KEPT scenes and structures are kept, and options may be lists."""
+    """Only the latest MOST_KEPT scenes and structures are kept. Options may be lists."""
     monkeypatch.setattr(module, "MOST_KEPT", 3)
     rays_of = np.zeros((1, 3)), np.ones((1, 3))
     for size in (1.0, 2.0, 3.0):
@@ -244,7 +244,7 @@ def test_misuse_is_an_error_with_advice(workers: Workers) -> None:
 
 def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
     """A process that holds the machine's shared lock may ask for the exclusive lock. If the
-    process must wait for another holder of the shared lock, it says so."""
+    process must wait for another holder of the shared lock, `taken` calls its argument."""
     monkeypatch.setattr(machine, "_file", lambda: tmp_path / "lock")
     waited: list[str] = []
     with (tmp_path / "lock").open("ab") as other:

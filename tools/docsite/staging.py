@@ -62,7 +62,7 @@ def _in_order(name: str) -> tuple[int, str]:
 
 
 def _sidebar(index: Path) -> str:
-    """Returns the chapters, and a list of pages for each heading of docs/index.md."""
+    """Returns the lists of the sidebar: one for each of CHAPTERS and each heading of index.md."""
     found = "".join(_toctree(title.capitalize(), [f"{title}/index"]) for title in CHAPTERS
                     if (DOCS / title / "index.md").exists())
     for section in index.read_text(encoding="utf-8").split("\n## ")[1:]:

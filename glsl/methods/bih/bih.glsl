@@ -3,7 +3,7 @@
 // The children may overlap or leave a gap, so a ray enters both children, one child or neither.
 //
 // Departure: the paper keeps a stack, which a fragment program of 2006 does not have. As in Foley and
-// Sugerman's kd-backtrack, a ray climbs one parent per step, and enters each far child whose box the ray
+// Sugerman's kd-backtrack, a ray climbs to one parent per step, and enters each far child whose box the ray
 // meets. This box is the scene's box, cut by the planes of the child's ancestors. The t of a plane always
 // comes from the same expression. So the ray's interval in this box is the interval that a stack would have
 // stored.

@@ -1,7 +1,7 @@
 // bvh-packet: Günther, Popov, Seidel, Slusallek, "Realtime Ray Tracing on GPU with BVH-based Packet
 // Traversal", RT 2007 (survey, section 3.5, Figure 22). The rays of a packet share one node pointer and one
-// stack. Each ray tests the boxes of both children. The packet enters a child if any ray is in the child's
-// box. If rays are in both boxes, the packet enters the child that more rays meet first, and pushes the
+// stack. Each ray tests the boxes of both children. The packet enters a child if any ray meets the child's
+// box. If rays meet both boxes, the packet enters the child that more rays meet first, and pushes the
 // other child.
 //
 // Departures: in the paper a warp traces the packet, and the votes of the rays are summed in shared memory.
@@ -32,7 +32,7 @@ vec3 left_lo;
 vec3 left_hi;
 vec3 right_lo;
 vec3 right_hi;
-bool any_left_in;     // whether any ray is in the left box
+bool any_left_in;     // whether any ray meets the left box
 bool any_right_in;
 int for_left;         // rays that meet the left child first, minus the rays that meet the right child first
 
@@ -48,7 +48,7 @@ void test_boxes(int r) {
 }
 
 // Visit an inner node: move on to the child that the packet enters first, or to NOTHING if all rays miss
-// both boxes. Return the other child if a ray is in its box, else NOTHING.
+// both boxes. Return the other child if a ray meets that child's box, else NOTHING.
 int visit() {
     COUNT(nodes_visited);
     ++steps;

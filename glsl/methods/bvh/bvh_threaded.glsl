@@ -1,7 +1,7 @@
 // bvh-threaded: Thrane and Simonsen, "A Comparison of Acceleration Structures for GPU Assisted Ray
 // Tracing", master's thesis, Aarhus 2005 (survey, section 3.5, Figure 19). Nodes lie in depth-first order.
-// A ray that enters an inner node goes on to the next node. A ray that misses the node, or has tested the
-// triangles of a leaf, goes to the node's escape index, past its subtree. So a ray needs no stack.
+// A ray that enters an inner node goes on to the next node. A ray that misses a node, or has tested the
+// triangles of a leaf, goes to the escape index: the node after the subtree. So a ray needs no stack.
 //
 // Departures: a leaf holds several triangles, in the thesis only one. With OCTANTS, the tree is
 // stored eight times, once for each direction octant. The child that is nearer to rays of the octant comes

@@ -2,7 +2,7 @@
 // (rays that walk together, drivers/packet_turns.glsl), and advances past each tested triangle of a leaf.
 // The walks, packet_steps_stack.glsl and packet_steps_threads.glsl, define these functions:
 //   `clear_place`, `load_place` and `store_place` access the fields that a walk needs besides the node.
-//   `go_on` continues at `node`, with a pop, or with the end of the walk.
+//   `go_on` continues at `node` or at a popped node, or ends the walk.
 //   `leave_leaf` continues after the last triangle of a leaf.
 //   `traverse`, a kernel, visits a node. A walk may define further kernels.
 //

@@ -1,19 +1,19 @@
 // Lets the eight octant copies of a threaded BVH share subtrees. A shared subtree is stored once, behind
-// the copies, in the order of the original tree. In each copy a portal stands for the subtree. A walk that
-// enters a portal continues in the shared nodes and then returns to the node behind the portal. The walk
-// keeps the node behind the portal in `after` (-1 outside shared subtrees).
+// the copies, in the order of the original tree. In each copy, one node, a portal, stands for the subtree.
+// A walk that enters a portal continues in the shared nodes and then returns to the node behind the portal.
+// The walk keeps the node behind the portal in `after` (-1 outside shared subtrees).
 
 #define AFTER(state) state.after
 #define PORTAL(i) quantised_node_portal(i)
 
-// Order the corners of a box along the rays, because shared subtrees serve every octant.
+// Order the corners of a box along the rays: shared subtrees serve every octant, so boxes are unordered.
 void order_corners(bvec3 negative, inout vec3 lo, inout vec3 hi) {
     vec3 lower = lo;
     lo = mix(lo, hi, negative);
     hi = mix(hi, lower, negative);
 }
 
-// The node behind a node: the node's escape index, or `after` at the end of the shared subtree.
+// The next node after a node's subtree: the node's escape index, or `after` at the end of a shared subtree.
 int behind(int escape, int after) {
     return escape < 0 ? after : escape;
 }

@@ -62,7 +62,7 @@ void start_packet() {
     EACH(start_ray)
 }
 
-float start;            // coordinate along the dominant axis at which the first ray begins
+float start;            // coordinate along the dominant axis at which the earliest ray begins
 
 void take_turn(int r) {
     bool comes = octant[r] == turn;

@@ -2,7 +2,7 @@
 // section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch. Each ray keeps its
 // own interval. The packet enters a child if any ray needs the child. If rays need both children, the
 // packet enters the near child and pushes the far child. A restart begins at the root, or, with PUSH_DOWN,
-// at the last node that contains the rest of every ray's interval (see kd_push_down.glsl).
+// at the deepest node that contains the unsearched part of every ray's interval (kd_push_down.glsl).
 //
 // Addition: with SKIP_EMPTY_LEAVES a packet does not fetch a leaf whose parent marks the leaf as empty. The
 // survey does not say that Horn et al. do so.
@@ -23,7 +23,7 @@ float t_split[RAYS];
 
 int node;
 int pushed;                   // the node at which a restart begins
-bool pushing;                 // whether nothing was pushed since the last start or restart
+bool pushing;                 // whether the stack got no node since the last start or restart
 bool any_near;
 bool any_far;
 bool any_awake;

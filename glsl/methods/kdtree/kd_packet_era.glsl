@@ -10,8 +10,8 @@
 //
 // Empty leaves are visited, because the survey does not say that Horn et al. skipped them. Boxes are not
 // widened. The cursor in a leaf's list and the node share a field of the state. The node of a free stack
-// entry is 0. A restart begins at the node `pushed`, which moves down (PUSH_DOWN) until rays need both
-// children. Until then, the first entry's node is PUSHING.
+// entry is 0. A restart begins at the node `pushed`. With PUSH_DOWN, `pushed` follows the packet down until
+// rays need both children; until then, the first entry's node is PUSHING.
 
 #define node place      // in a leaf, this field holds the cursor
 #define cursor place

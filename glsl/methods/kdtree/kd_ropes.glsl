@@ -4,10 +4,10 @@
 // face. A ray leaves the leaf through the face that it meets first, and descends from the rope's node.
 //
 // Departures: the paper compares the point of entry with the planes of the tree. Here the t of the entry is
-// compared with the t of the planes. One expression computes the t of planes and faces, so a ray that
-// enters on a plane has exactly the plane's t. Such a ray takes the side to which its direction points. A
-// ray through an edge or a corner of a leaf crosses one face after the other. Its t never decreases, so no
-// two leaves send the ray back and forth.
+// compared with the t of the planes. The same expression computes both t, so a ray that enters on a plane
+// has exactly the plane's t. Such a ray goes to the side to which its direction points. A ray through an
+// edge or a corner of a leaf crosses one face after the other. Its t never decreases, so no two leaves send
+// the ray back and forth.
 
 #include "methods/kdtree/kd_common.glsl"
 #include "methods/kdtree/ropes.glsl"

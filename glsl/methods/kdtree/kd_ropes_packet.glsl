@@ -4,8 +4,8 @@
 // the node behind a face of the leaf. By default, ropes are not pushed down into subtrees. So this node is
 // the root of a whole sibling subtree, where rays from different leaves meet again.
 //
-// The packet goes on to the node of the ray with the smallest t. So rays that meet the same leaf usually
-// share the leaf's fetch and tests.
+// The packet next visits the node of the ray with the smallest t, so that the rays behind catch up. Rays
+// that meet the same leaf then usually share the leaf's fetch and tests.
 //
 // Departure: only rays whose directions have equal signs share a walk, which is called a turn
 // (drivers/packet_turns.glsl), so that all rays of a turn can leave a box by the same three faces. An
@@ -16,7 +16,7 @@
 #include "methods/kdtree/ropes.glsl"
 #include "drivers/packet_turns.glsl"
 
-const int SETTLED = 1 << 24;   // the ray visits no node; larger than every node, so `min` picks a node
+const int SETTLED = 1 << 24;   // the ray visits no node; larger than every node, so `min` ignores it
 
 float t_min[RAYS];
 int ray_node[RAYS];

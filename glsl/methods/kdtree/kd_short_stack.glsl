@@ -1,7 +1,7 @@
 // kd-short-stack: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007
 // (survey, section 3.4, Figure 13). A stack holds up to four far children. A push onto a full stack drops
-// the lowest entry. A ray whose stack is empty restarts at the root, or, with PUSH_DOWN, at the last node
-// that contains the rest of its interval (see kd_push_down.glsl).
+// the lowest entry. A ray whose stack is empty restarts at the root, or, with PUSH_DOWN, at the deepest
+// node that contains the unsearched part of the ray's interval (see kd_push_down.glsl).
 //
 // Departure: the entries shift through the components of a vector; the paper's stack is an array with a
 // rotating base.
@@ -29,7 +29,7 @@ void pass_far_child(int far, float t_max, inout State state) {
     state.stacked = min(state.stacked + 1, STACK_SIZE);
 }
 
-// After a pop, `pushing` stays 0, because the popped node does not contain the whole rest of the interval.
+// After a pop, `pushing` stays 0: the popped node does not contain the whole unsearched interval.
 void leave_leaf(inout State state, Hit hit) {
     if (is_settled(state, hit)) {
         settle(state, hit);

@@ -1,6 +1,6 @@
 // Tests a ray and a triangle in the fixed point of the Ray Engine's cards (Carr, Hall, Hart 2002): 16 bits
 // in [-8, 8) on the Radeon 8500, 9 bits in [-1, 1] on the GeForce4. Every result is rounded to a multiple
-// of `fixed_step` and clamped to the range. So t is coarse, and a ray near an edge may miss both triangles.
+// of `fixed_step` and clamped to the range. So t is coarse, and rays may pass between adjacent triangles.
 //
 // Departure: this test is a reconstruction, because the paper's program is not known to this project. We
 // assume that the host scales the scene into the range, and attaches to each quad the unit normals of the

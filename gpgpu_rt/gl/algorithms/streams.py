@@ -1,4 +1,4 @@
-"""Streams: lists of records in textures, and the passes that read streams and draw a stream.
+"""Streams: lists of records in textures, and the passes that read and write streams.
 
 A stream (a term of 2002-2007) has element i at texel i, in rows of TABLE_WIDTH texels. A pass runs
 a fragment program once per element. The program can read any element i, at ``table_texel(i)``
@@ -72,7 +72,7 @@ class StreamRoom:
 
     Parameters
     ----------
-    folder : the folder under ``glsl/`` of programs whose names have no folder
+    folder : the folder under ``glsl/`` for programs that are named without a folder
     """
 
     def __init__(self, gpu: Gpu, folder: str = "algorithms") -> None:
@@ -113,7 +113,7 @@ class StreamRoom:
 
         Parameters
         ----------
-        reads : the streams that the program reads; only the first of each name is used
+        reads : the streams that the program reads; a second stream of the same name is ignored
         """
         count = target.length - first if count is None else count
         if count <= 0:
@@ -163,7 +163,7 @@ class StreamRoom:
 
 
 def rows_of(length: int) -> int:
-    """Return the number of rows of a stream's textures, at least 1."""
+    """Return how many rows the textures of ``length`` elements have, at least 1."""
     return max(1, -(-length // TABLE_WIDTH))
 
 

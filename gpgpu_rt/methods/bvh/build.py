@@ -19,9 +19,9 @@ BUILDERS = {"sah": sah.build, "kay-kajiya": median.build, "goldsmith-salmon": in
 
 
 def node_limit(triangles: int, copies: float = 1) -> dict[str, int]:
-    """The argument ``most_nodes`` of `build_bvh`, or {} if no limit is needed.
+    """Return the argument ``most_nodes`` of `build_bvh`, or {} if no limit is needed.
 
-    With this limit, the node indices of a tree stored ``copies`` times are exact as floats.
+    Up to this limit, node indices are exact as floats if the tree is stored ``copies`` times.
     """
     most = int(EXACT_INTEGER / copies)
     return {"most_nodes": most} if 2 * triangles - 1 > most else {}

@@ -5,7 +5,7 @@ J. Goldsmith, J. Salmon, "Automatic creation of object hierarchies for ray traci
 triangle descends from the root, at each node into the child whose area grows least. The triangle
 and a node on this path then get a new common parent. The chosen node makes the added area least:
 the area of the new parent, plus the growth of all its ancestors. The result depends on the order
-of insertion, so the triangles are shuffled. Only this builder loops over triangles.
+of insertion, so the triangles are shuffled. No other builder loops over single triangles.
 """
 from __future__ import annotations
 

@@ -6,9 +6,9 @@ triangle's place in this order is its slot. Each gap between neighbouring slots 
 node. The node's level is the first bit in which the two codes at the gap differ. The paper sorts a
 list of the gaps by level.
 
-Here, a node spans all slots around its gap that have the same code bits before the node's level.
-The node's parent is at one of the two ends of this span: the gap whose two codes share more
-leading bits. The bits of the slot number are appended to each code, so that no two codes are
+Here, a node spans the two slots at its gap and all neighbouring slots with the same code bits
+before the node's level. The node's parent is at an end of this span: the gap whose two codes share
+more leading bits. The bits of the slot number are appended to each code, so that no two codes are
 equal.
 """
 from __future__ import annotations
@@ -30,7 +30,7 @@ def build(triangles: np.ndarray, *, morton_bits: int = AXIS_BITS, max_leaf: int 
           **unknown: object) -> LooseTree:
     """Build by Morton codes. Every node of at most `max_leaf` triangles becomes a leaf.
 
-    morton_bits : bits of the code per axis; the lattice has 2^morton_bits cells along each axis
+    morton_bits : bits of the code per axis, for 2^morton_bits cells along each axis
     """
     refuse_unknown(build, unknown)
     morton_bits = in_range("morton_bits", morton_bits, 1, AXIS_BITS, int)

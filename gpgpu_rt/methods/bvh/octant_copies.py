@@ -67,7 +67,7 @@ class OctantCopies:
         inner = tree_order.inner_levels(left, right) if len(left) else []
         size = tree_order.subtree_sizes(inner, left, right)
         small = (size <= shared_subtrees) & (left >= 0)
-        top = np.arange(len(left))      # root of the largest small subtree that holds each node
+        top = np.arange(len(left))      # root of the shared subtree around each node, or the node
         for nodes in inner:
             for child in (left[nodes], right[nodes]):
                 top[child] = np.where(small[nodes], top[nodes], child)

@@ -95,7 +95,7 @@ class RayStreams(MethodDriver):
 
     def _filter(self, rays: RayTextures, hits: Target, first: int, count: int,
                 any_hit: bool) -> int:
-        """Replace ``count`` elements from ``first`` by entered children. Return the new count."""
+        """Replace ``count`` elements from ``first`` by entered children. Return their number."""
         self.lengths.append(count)
         tally = [TALLY] if self.tallied else []
         self._draw("stream_visit", ("visited", "values"),

@@ -97,7 +97,7 @@ def build(triangles: np.ndarray, splitter: Splitter,
 
 def _children(level: TriangleLevel, starts: np.ndarray, count: np.ndarray, axis: np.ndarray,
               taken: np.ndarray, goes_left: np.ndarray) -> TriangleLevel:
-    """The next level: all left children, then all right children.
+    """Return the next level: all left children, then all right children.
 
     `goes_left`, (n,) bool, is scratch memory.
     """

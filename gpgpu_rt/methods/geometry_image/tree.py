@@ -33,7 +33,7 @@ class ImageTree:
     faces : The texels of the corners of each of the scene's triangles, (n, 3) int64.
     texels : Number of texels.
     first, last : A node's first and last child, or a cell's first and last texel, (m,) int32.
-    miss : The node after a node's subtree, (m,) int32; for a root the next root, for the last -1.
+    miss : The node after a node's subtree, (m,) int32; after a root, the next root or -1.
     hit : A node's first child, (m,) int32; -1 - i for quad i of `corner`, where rays stop.
     levels : The first node of each level, then the number of nodes, (k + 1,) int64.
     corner : The first texel of each quad at the level where rays stop, (leaves,) int32.

@@ -107,7 +107,7 @@ def build_grid(triangles: np.ndarray, *, resolution: int | Sequence[int] | None 
 
 def _keys(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, resolution: np.ndarray,
           most: int) -> list[np.ndarray] | None:
-    """Keys ``cell << 32 | triangle`` of all overlaps; None for more than ``most`` overlaps."""
+    """Return keys ``cell << 32 | triangle`` of overlaps; None for more than ``most`` overlaps."""
     keys = [np.zeros(0, np.int64)]
     total = 0
     for triangle, cell in _overlaps(triangles, lo, hi, resolution):
@@ -198,7 +198,7 @@ class Shapes:
 
     def plane_range(self, triangle: np.ndarray,
                     cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """In each column, the first cell that the plane crosses, and how many it crosses."""
+        """Return each column's first cell that the plane crosses, and the count of such cells."""
         normal, axis, row = self.normal[triangle], self.axis[triangle], np.arange(len(triangle))
         first, count = self.first[triangle, axis], self.cell_count[triangle, axis]
         along = normal[row, axis]
@@ -217,7 +217,7 @@ class Shapes:
         return low, np.maximum(high - low + 1, 0)
 
     def overlap(self, triangle: np.ndarray, cell: np.ndarray) -> np.ndarray:
-        """Whether triangles, (m,), overlap cells, (m, 3), that their boxes overlap."""
+        """Return (m,) bool, whether triangle[i] overlaps cell[i], (m, 3); their boxes overlap."""
         low, height = self.plane_range(triangle, cell)
         up = cell[np.arange(len(cell)), self.axis[triangle]]
         found = (up >= low) & (up < low + height)

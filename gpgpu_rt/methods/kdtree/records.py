@@ -30,7 +30,7 @@ KD_STATE = Record("state", "t_min t_max t_exit node:int | cursor:int end:int pha
 """A ray's state: its interval (`t_min`, `t_max`) in the current `node`, and `t_exit`, where the
 ray leaves the tree.
 
-The leaf's references from `cursor` to `end` are still to be tested."""
+In a leaf, the references from `cursor` to `end` are still to be tested."""
 
 KD_PUSH_DOWN_STATE = KD_STATE.extended("pushed:int pushing:int")
 """KD_STATE, and `pushed`, the node to restart at. `pushing` is 1 while `pushed` may still move
@@ -40,7 +40,7 @@ KD_SHORT_STACK_STATE = KD_STATE.extended(
     "pushed:int pushing:int stacked:int | stack_t_max:vec4 | stack_node:ivec4")
 """KD_PUSH_DOWN_STATE, and a stack of the far children that were pushed last, newest first.
 `stacked` is the number of entries. For each entry, `stack_node` holds the far child, and
-`stack_t_max` the end of its interval."""
+`stack_t_max` the end of the ray's interval in this child."""
 
 KD_SHORT_STACK_ERA_STATE = replace(
     KD_STATE, layout="t_min t_max t_exit place:int | stack_t_max:vec3 phase:int "
@@ -53,8 +53,8 @@ the end of the leaf's list. The node of a free stack entry is 0. The node of the
 while ``pushed`` may still move down the tree."""
 
 KD_TEXTURE_STACK_STATE = KD_STATE.extended("far_t_max far:int stacked:int")
-"""KD_STATE, the far child to push (`far`), the end of its interval (`far_t_max`), and the stack
-pointer `stacked`."""
+"""KD_STATE, the far child to push (`far`), the end of the ray's interval in this child
+(`far_t_max`), and the number of stack entries (`stacked`)."""
 
 KD_ROPES_PACKET_STATE = replace(
     PACKET_STATE, layout=PACKET_STATE.layout + " last:int from:int")

@@ -102,7 +102,7 @@ class SplitCost:
 
     def at(self, plane: np.ndarray, left: np.ndarray, right: np.ndarray,
            node: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """Return costs of planes (..., k), given the references on each side; inf outside nodes.
+        """Return costs of planes (..., k) from the reference counts per side; inf outside nodes.
 
         node : the node of each plane; by default, index i on the last axis means node i
         """

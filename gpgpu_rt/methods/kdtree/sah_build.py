@@ -1,9 +1,9 @@
 """SAH build: builds a kd-tree by the surface area heuristic (SAH), a level of nodes at a time.
 
 I. Wald, V. Havran, "On building fast kd-trees for ray tracing, and on doing that in O(N log N)",
-2006. References, a node's entries for triangles, are clipped to their node. Splits that cut off
-empty space get a bonus. The default depth is at most 8 + 1.3 log2 n (V. Havran, thesis, 2000). All
-boxes are widened by `bounds.padding`, so that a triangle in a split plane is on both sides.
+2006. A reference is a node's entry for a triangle, clipped to the node. Splits that cut off empty
+space get a bonus. The default depth is at most 8 + 1.3 log2 n (V. Havran, thesis, 2000). All boxes
+are widened by `bounds.padding`, so that a triangle in a split plane is on both sides.
 """
 from __future__ import annotations
 

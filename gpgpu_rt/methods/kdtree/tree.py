@@ -12,7 +12,7 @@ from ...accel.runs import expand, run_starts
 from ...accel.sound import alike, are_pairs, named, within
 
 LEAF = 3                # the axis of a leaf
-MOST_REFERENCES = 64    # growth stops above 4096 references plus this number per triangle
+MOST_REFERENCES = 64    # growth stops above 4096 + 64 n references for n triangles
 
 
 @dataclass(frozen=True)
@@ -76,8 +76,8 @@ class LooseKdTree:
     ----------
     axis, split : (n,) as in `KdTree`
     first, second : (n,) int64, left and right child, -1 for a leaf
-    start, count : (n,) int64, the start and the length of a leaf's run in `references`; the count
-        of an inner node is 0
+    start, count : (n,) int64, the index of a leaf's first reference in `references`, and the
+        number of its references; the count of an inner node is 0
     references : (m,) int32, triangles
     """
 
@@ -138,8 +138,8 @@ def join(top: LooseKdTree, groups: list[np.ndarray], subtrees: list[LooseKdTree]
     ----------
     top : the top levels, of n nodes. A child with the number n + k stands for the root of subtree
         k
-    groups, subtrees : an entry of `subtrees` holds subtrees and begins with their roots. The entry
-        of `groups` at the same index has the numbers k of these subtrees
+    groups, subtrees : a `LooseKdTree` of `subtrees` holds several subtrees; its first nodes are
+        their roots. The array of `groups` at the same index has the numbers k of these subtrees
     """
     nodes_above = len(top.axis)
     parts, numbers = [top], [np.arange(nodes_above)]

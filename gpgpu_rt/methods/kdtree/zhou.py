@@ -11,8 +11,8 @@ longest axis, and clips the triangles that lie on both sides.
 
 A small root is a small node whose parent is large, or the root of a small tree. For small nodes,
 the six faces of each reference's box are the candidate planes. Masks of 64 bits, computed once for
-each small root, mark the root's references left and right of each plane. Each node below the root
-is represented by a mask of the root's references, too.
+each small root, mark the root's references left and right of each plane. Each node below a small
+root is represented by a mask of the root's references, too.
 
 Departures from the paper: a split cuts off empty space on one side of a node, not on up to six
 sides. A triangle is clipped only by the split plane, not by the six faces of the node. If the
@@ -119,7 +119,7 @@ class Nodes:
 
     def split(self, node: np.ndarray, axis: np.ndarray,
               plane: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Make these nodes inner nodes. Return the numbers of their left and right children."""
+        """Make these nodes inner nodes. Return the indices of their left and right children."""
         first = self.count + 2 * np.arange(len(node))
         self.count += 2 * len(node)
         self.inner.append((node, axis, plane, first))
@@ -150,7 +150,7 @@ def grow_large(level: KdLevel, triangles: np.ndarray, rules: ZhouRules,
     node, futile, depth = np.zeros(1, np.int64), np.zeros(1, np.int64), 0
     roots = SmallRoots()
     limit = MOST_REFERENCES * len(triangles) + 4096
-    kept = 0            # references of small nodes and leaves
+    kept = 0            # number of references in small nodes and leaves
     while True:
         large = level.count > rules.small
         few = np.flatnonzero(~large & (level.count > 0))

@@ -1,4 +1,4 @@
-"""Splits small nodes (up to 64 references) of Zhou's build by the SAH, one bit per reference."""
+"""Splits small nodes (up to 64 references) of Zhou's build by the SAH, with 64-bit masks."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING

@@ -1,7 +1,7 @@
 """Cell walk: traverses a uniform grid on the host, for arrays of rays.
 
 This numpy twin of ``glsl/methods/grid/grid.glsl`` does the same float32 operations in the same
-order, so a ray visits the same cells.
+order, so a ray visits the same cells as on the GPU.
 """
 from __future__ import annotations
 

@@ -30,8 +30,8 @@ class RayEngine(MethodDriver):
     """The driver of a method whose rays the host walks through cells.
 
     See ``Driver`` and ``glsl/methods/ray_engine/ray_engine.glsl``. Each round selects the queues
-    that are long enough, or all queues if no queue is. Passes intersect the rays in batches.
-    Then the host walks the rays to their next cells.
+    that are long enough, or all queues if none is long enough. Passes intersect the rays in
+    batches. Then the host walks the rays to their next cells.
 
     For each batch, the host uploads the rays (with the t of their hits so far) and the quads, and
     reads back the hits. A quad is a rectangle over rays, drawn for one triangle.
@@ -133,7 +133,7 @@ class RayEngine(MethodDriver):
 
 @contextmanager
 def clocked(split: dict[str, float], name: str) -> Iterator[None]:
-    """Add the seconds that the block takes to ``split[name]``."""
+    """Add the block's duration, in seconds, to ``split[name]``."""
     began = time.perf_counter()
     yield
     split[name] += time.perf_counter() - began

@@ -26,7 +26,7 @@ NO_T = 3.4e38      # larger than every t
 
 @dataclass(frozen=True)
 class Runs:
-    """Runs: sequences of a batch's rays that wait in the same cell.
+    """Runs: consecutive rays of a batch that wait for the triangles of the same cell.
 
     first, count : (k,) int64, the first ray and the number of rays of each of k runs
     cell : (k,) int64, the cell of each run
@@ -77,7 +77,7 @@ class BatchTargets:
         gpu = setup.gpu
         self.size = (WIDTH, max(1, -(-rays // WIDTH)))
         gpu.check_size(*self.size, f"a batch of {rays:,} rays")
-        # Fields are already rounded to the format ``storage``; a float32 texture keeps them exact.
+        # The rays' fields already have the tracer's precision; a float32 texture keeps them exact.
         self.rays = Target(gpu, record, self.size)
         self.hit_record = replace(HIT, storage=self.precision.storage)
         self.depth = gpu.context.depth_renderbuffer(self.size)
@@ -115,7 +115,7 @@ class BatchTargets:
 
     def draw_quads(self, keep: str, any_hit: bool, samplers: Samplers, accelerator: Accelerator,
                    quads: moderngl.Buffer, count: int, depth_end: float) -> None:
-        """Draw ``count`` quads. A quad is a rectangle of four floats and a triangle's row."""
+        """Draw ``count`` quads: four floats (a rectangle) and a row of the triangle table each."""
         context = self.gpu.context
         target = self.targets[keep]
         target.framebuffer.depth_mask = True     # clearing and drawing write depth

@@ -58,7 +58,7 @@ class RayHierarchy(MethodDriver):
         return self.accelerator.step_bound
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
-        """Use the tables of triangles that moved."""
+        """Use new tables after the triangles moved."""
         super().follow(samplers, accelerator, step_cap)
         if self._balls is not None:
             self.room.drop(self._balls)

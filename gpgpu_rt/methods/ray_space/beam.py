@@ -2,8 +2,8 @@
 
 J. Arvo, D. Kirk, "Fast Ray Tracing by Ray Classification", SIGGRAPH 1987. A beam has five bounding
 planes: a plane behind its origins, and four planes with the extreme slopes of its directions (the
-paper's "linear separation"). Tests find the boxes and triangles that a padded beam may overlap, in
-float64.
+paper's "linear separation"). Tests in float64 find the boxes and triangles that a padded beam may
+overlap.
 """
 from __future__ import annotations
 

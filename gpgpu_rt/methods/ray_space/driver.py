@@ -1,6 +1,6 @@
 """Ray classification: a pass finds the five-dimensional box of each ray (ray_boxes.py).
 
-The host makes missing lists of triangles for these boxes. Programs trace rays through the lists.
+The host makes the triangle lists that these boxes lack. Programs trace rays through the lists.
 """
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class RayClasses(Traversal):
             any_hit: bool = False) -> tuple[Target, int]:
         boxes: RayBoxes = self.accelerator.structure
         cells = self._box_of_each(rays, statistics)
-        # ask() is False if the lists exist already. This driver's textures may still be missing.
+        # ask() is False if the lists exist already, but even then textures may be missing.
         if boxes.ask(cells) or not self._own[RAY_BOX]:
             self._upload(boxes)
         for record, samplers in self._own.items():

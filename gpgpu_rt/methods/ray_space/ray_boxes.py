@@ -162,7 +162,7 @@ class RayBoxes:
         return bool((self.directory[chosen] != before).any())
 
     def _affordable(self, cells: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, float]:
-        """Return the level of each cell's box, and an estimate of the candidates of all lists.
+        """Return the level of each cell's box, and the estimated number of all lists' candidates.
 
         The level is the finest at which the box around the cell holds ``min_rays`` rays. The
         minimum is raised while the estimate exceeds the budget.
@@ -177,7 +177,7 @@ class RayBoxes:
             least *= RAISED
 
     def _missing(self, cells: np.ndarray, wanted: np.ndarray) -> float:
-        """Return the share of the cells whose box has no list yet."""
+        """Return the share of cells whose box at the ``wanted`` level has no list yet."""
         missing = sum(int((self.first[level][self._box(cells[wanted == level], level)] < 0).sum())
                       for level in range(1, self.levels))
         return missing / max(len(cells), 1)
@@ -192,7 +192,7 @@ class RayBoxes:
         return wanted
 
     def _estimate(self, cells: np.ndarray, wanted: np.ndarray) -> float:
-        """Estimate the number of candidates of all lists from an even sample of the lists."""
+        """Estimate the number of candidates of all lists from some evenly spaced lists."""
         total = 0.0
         for level in range(1, self.levels):
             boxes = np.unique(self._box(cells[wanted == level], level))

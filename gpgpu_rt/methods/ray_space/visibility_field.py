@@ -1,9 +1,9 @@
 """Visibility field. Lines are grouped into beams, and each beam lists its triangles in order.
 
 J. Mortensen, P. Khanna, I. Yu, M. Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
-Table 1). Three faces of the direction cube (frames.py), half of all directions, are divided into
+Table 1). Three faces of the direction cube (frames.py) hold half of all directions, divided into
 cells. Each cell has a plane through the scene's centre, perpendicular to the face's axis, with a
-grid of tiles. A beam contains the lines whose direction is in one cell and that cross one tile.
+grid of tiles. A beam contains the lines with a direction in one cell that cross one of its tiles.
 
 In the paper, a beam lists the triangles that its central direction hits. Here, a beam lists all
 triangles that any line of the beam may hit.
@@ -11,7 +11,7 @@ triangles that any line of the beam may hit.
 A triangle's near end is its lowest coordinate along the axis, and its far end is its highest. The
 triangles of a beam are sorted by their near ends. Each entry also stores the largest far end up to
 this entry. Near ends and stored far ends ascend, so a binary search finds the first triangle that
-a ray of the beam may hit, in either direction of the axis. The paper uses a tree for this search.
+a ray of the beam may hit, whichever way the ray runs. The paper uses a tree for this search.
 """
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ MIB = 1 << 20
 ENTRY_BYTES, BEAM_BYTES = 16, 8      # bytes in float32 textures
 SAMPLES = 2000          # triangles from which the size of a field is estimated
 FINEST = (8, 24)        # default limits on `directions` and `tiles`
-# The least ratio of tiles to directions, both along a side. In fields of equal memory, rays test
-# more triangles if the ratio is smaller.
+# The least ratio of tiles to directions, both counted along a side. In fields of equal memory,
+# rays test more triangles if the ratio is smaller.
 TILES = 2
 # By default, a field of n triangles has at most an estimated USUAL_ENTRIES * n + 4096 entries.
 USUAL_ENTRIES = 1024

@@ -31,7 +31,7 @@ from ...traversal.records import FOUND, NEAREST, QUADS
 from ...traversal.schedules import method_defines, method_texts
 from .records import TILE_CONE, TILE_END, TILE_SPAN
 
-PAIRS_AT_ONCE = 1 << 22     # most pairs in a draw call; a longer call would block the desktop
+PAIRS_AT_ONCE = 1 << 22     # limit on pairs in a draw call; a longer call would block the desktop
 NONE = float(1 << 24)       # larger than the index of every triangle
 
 

@@ -195,12 +195,12 @@ class Caustics:
     # The picture ----------------------------------------------------------------------------
 
     def look(self, places: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Return (h, w) float32, the irradiance at points according to the last `map`, for 1 watt
-        per steradian.
+        """Return (h, w) float32, the irradiance at points according to the last `map`, for a light
+        of 1 watt per steradian.
 
         Parameters
         ----------
-        places, normals : (h, w, 3) points, and unit normals on the visible side, or zeros
+        places, normals : (h, w, 3) points, and unit normals on the visible side, or 0 for no light
         """
         with self.gpu, placed(self.gpu, places, normals, 1) as (target, given):
             self.gpu.context.enable_only(moderngl.NOTHING)

@@ -18,8 +18,8 @@ SPREAD_2 = 1.3247179572447460 ** -np.arange(1.0, 3.0)
 
 
 def cuts_of(triangles: np.ndarray, longest: float) -> np.ndarray:
-    """Return, for each triangle (n, 3, 3), into how many equal parts, (n,) int, to cut each edge
-    so that no part is longer than ``longest``."""
+    """Return a number of parts, (n,) int, for each of (n, 3, 3) triangles. If every edge is cut
+    into this many equal parts, no part is longer than ``longest``."""
     corners = np.asarray(triangles, np.float64)
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1, initial=0)
     return np.maximum(np.ceil(edges / longest), 1).astype(int)

@@ -67,7 +67,7 @@ def placed(gpu: Gpu, places: np.ndarray, normals: np.ndarray, components: int
     Parameters
     ----------
     gpu : the OpenGL context
-    places, normals : (h, w, 3)
+    places, normals : (h, w, 3) points, and their normals
     components : the number of components of the framebuffer's texture
 
     Raises

@@ -20,9 +20,9 @@ from .statements import (
 from .surface import Surface
 from .tokens import Tokens
 
-# Bytes that the memory budget counts for each statement of a file that is included again. This is
-# four times the true size. So a file with exponentially many includes exceeds the budget within
-# about a second.
+# Bytes that the memory budget counts for each statement of a file that is included again. The
+# number is four times the true size, so that a file with exponentially many includes exceeds the
+# budget within about a second.
 _STATEMENT_BYTES = 4096
 
 
@@ -65,7 +65,7 @@ class Document:
     nodes : the transforms; the first is the identity, and every other transform follows its parent
     instances : the geometry, in the order of the file
     motions : the key frames by name
-    camera, background, span : the last statement of each kind, or None
+    camera, background, span : the last of each kind, or None; ``span`` has the frames' times
     lights : the point lights
     """
 

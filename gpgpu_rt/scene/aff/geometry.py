@@ -1,4 +1,4 @@
-"""Geometry: the triangles of AFF's geometric statements, in the order of the file."""
+"""Geometry: the triangles of the geometric statements of AFF (BART's format), in file order."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -107,7 +107,7 @@ def _upright(uv: np.ndarray) -> np.ndarray:
 
 
 def read_polygons(tokens: Tokens, keyword: bytes) -> Geometry:
-    """Return the geometry of consecutive statements ``p`` (vertices) or ``pp`` (also normals)."""
+    """Return the geometry of consecutive statements ``p``, or ``pp`` (with normals)."""
     width = 6 if keyword == b"pp" else 3
     places = []
     while True:
@@ -169,7 +169,7 @@ def _separate(vertices: int) -> np.ndarray:
 
 
 def read_sphere(tokens: Tokens) -> tuple[np.ndarray, Geometry]:
-    """Return the transform, (3, 4), and the unit ball of a statement ``s``."""
+    """Return the transform, (3, 4), of a statement ``s``, a sphere, and the unit ball."""
     *centre, radius = tokens.numbers(4, "a sphere's centre and radius")
     return np.column_stack([np.eye(3) * abs(radius), centre]), unit_ball()
 

@@ -1,4 +1,4 @@
-"""Tokens: the words of an AFF file, read in order; errors name the file and the line."""
+"""Tokens: the words of an AFF file (BART's format), in order; errors name file and line."""
 from __future__ import annotations
 
 import re
@@ -12,7 +12,7 @@ from ...disk.files import decoded
 from ...errors import SceneError
 from ...text_format import shortened
 
-LONGEST = 64        # most characters of a number; a longer number is an error
+LONGEST = 64        # largest number of characters of a number; longer numbers are errors
 _COMMENT = re.compile(rb"[#%][^\n]*")
 
 

@@ -35,7 +35,7 @@ class Original:
 
 
 def _without_repeats(mesh: Mesh) -> Mesh:
-    """Return a mesh without repeated triangles and unused vertices.
+    """Return a mesh without repeated triangles or unused vertices.
 
     In the published Cornell box, two faces at the bottom repeat the vertices of side faces.
     Without the two faces, the box has 32 triangles, like Cornell University's own data.

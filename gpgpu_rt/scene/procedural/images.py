@@ -73,7 +73,7 @@ def car() -> Built:
     top = bonnet + cabin * np.sin(np.pi * along)
     around = _closed_angles(64)
     side, up = (np.sign(wave) * np.abs(wave) ** 0.5 for wave in (np.cos(around), np.sin(around)))
-    # The cross section is shallow below y = 0.5, and reaches up to the bonnet or the roof above.
+    # Below y = 0.5, the cross section is shallow. Above, it reaches up to the bonnet or the roof.
     reach = np.where(up < 0, 0.22 * np.sin(np.pi * along)[:, None] ** 0.25, top[:, None])
     body = np.stack([width[:, None] * side * np.where(up > 0, 1 - 0.25 * up, 1),
                      0.5 + reach * up, (4.0 * along[:, None] - 2.0) + 0 * side], axis=2)

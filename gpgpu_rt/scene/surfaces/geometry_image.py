@@ -21,8 +21,8 @@ class GeometryImage:
     form a cell of two triangles.
 
     Two charts meet without a gap if their borders hold the same positions. The corners of the cell
-    (i, j) are the texels a = (i, j), b = (i, j + 1), c = (i + 1, j + 1) and d = (i + 1, j). Its
-    triangles are a b c and a c d. Faces are ordered by chart, row and column.
+    (i, j) are the texels a = (i, j), b = (i, j + 1), c = (i + 1, j + 1) and d = (i + 1, j). The
+    cell's triangles are a b c and a c d. Faces are ordered by chart, row and column.
 
     Parameters
     ----------

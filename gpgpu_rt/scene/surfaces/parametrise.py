@@ -57,8 +57,8 @@ class Parametrisation:
         return np.linalg.norm(at - self.mesh.vertices, axis=1)
 
     def largest_distance(self) -> float:
-        """Return the largest distance as a share of the surface's extent; warn if parts of the
-        surface must be missing or torn."""
+        """Return the largest distance as a share of the surface's extent. Warn if the share
+        exceeds FAR: parts of the surface are then missing or torn."""
         places = self.mesh.vertices[self.mesh.faces].reshape(-1, 3)
         share = float(self.distances().max() / np.ptp(places, axis=0).max())
         if share > FAR:

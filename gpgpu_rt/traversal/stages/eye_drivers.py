@@ -16,8 +16,8 @@ from .rasterised_bounds import RasterisedBounds, check_bounds
 
 
 class EyeDrivers:
-    """Makes, on demand, the drivers that wrap a method's own driver: rasterised first hits, and
-    rasterised bounds."""
+    """Makes, on demand, the drivers `FirstHits` and `RasterisedBounds`, which wrap a method's own
+    driver."""
 
     def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
         check_bounds(options)

@@ -17,9 +17,9 @@ or do not show a triangle that their ray hits. The steps:
 5. A ray is in doubt if it misses its candidate, or if its pixel has a rival. The rays in doubt are
    gathered and traced by the tracer's method, and their hits are scattered back.
 
-Every result of the rasteriser is checked before use, so the rounding does not change hits.
-``glsl/stages/cover.glsl`` bounds the rays that can hit a triangle. "verified" omits step 4, so a
-hit need not be the nearest.
+Every result of the rasteriser is checked before use, so its rounding does not change hits.
+``glsl/stages/cover.glsl`` bounds the rays that can hit a triangle. With first_hits="verified",
+step 4 is left out, so a hit need not be the nearest.
 """
 from __future__ import annotations
 
@@ -287,7 +287,7 @@ class FirstHits(DriverBase):
         return stopped
 
     def _clear_counts(self, final: Target) -> None:
-        """Write zeros into all records but HIT (no steps, phase DONE)."""
+        """Write zeros, which mean no steps and phase DONE, into all records but HIT."""
         for name, record in final.records.items():
             if name != HIT.name:
                 nothing = {field.name: np.zeros((final.length, field.width), np.float32)

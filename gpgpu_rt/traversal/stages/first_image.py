@@ -15,7 +15,7 @@ from .records import SHOWN, SHOWN_BLOCK, SHOWN_FOUR
 # the ray's pixel shows. For each triangle, the search for rivals skips a square that hides the
 # triangle, or that shows only this triangle.
 BLOCK = 8
-# Side in pixels of the parts of the image in which the search treats a large triangle.
+# Side in pixels of the parts into which the search cuts the rectangle of a large triangle.
 PART_SIDE = 32
 
 

@@ -1,8 +1,8 @@
 """Entry points of packets: a pass at low resolution finds where packets enter the tree.
 
 The method follows Reshetov et al. 2005. A beam bounds all rays of a tile if their bounds are
-known, and otherwise a sample of the rays. Each packet whose rays lie within the beam begins at the
-beam's entry; see stages/packet_entries.frag.
+known, and otherwise a sample of the rays. Packets whose rays lie within the beam begin at the
+beam's entry, other packets at the root; see stages/packet_entries.frag.
 """
 from __future__ import annotations
 

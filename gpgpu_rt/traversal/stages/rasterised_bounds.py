@@ -34,7 +34,7 @@ NOTHING = 3.0e38    # FAR_AWAY of stages/eye_triangle.glsl
 
 
 def check_bounds(options: Mapping[str, Any]) -> None:
-    """Raise OptionError if the rasterised bounds are not proved for the other options.
+    """Raise OptionError if the proof of the rasterised bounds excludes the other options.
 
     The proof assumes that a hit's t lies in the range of the depths of the triangle's corners, up
     to the rounding of float32. Only the watertight test in fp32 clamps t to this range.

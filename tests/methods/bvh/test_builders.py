@@ -1,5 +1,5 @@
-"""Builders: grid cells and kd-tree leaves list every triangle that has a point in them, BVHs are
-complete, and the cache keeps each build."""
+"""Builders: grid cells and kd-tree leaves list every triangle that has a point in them, BVHs hold
+all triangles, and the cache keeps each build."""
 from __future__ import annotations
 
 import functools

@@ -44,7 +44,7 @@ def check_lists(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, start: np
                 end: np.ndarray, references: np.ndarray, boxed: bool = False) -> None:
     """Assert that each box lists every triangle that overlaps the box.
 
-    Each box is also widened by six paddings. A listed triangle must overlap the widened box.
+    A listed triangle must overlap the box widened by six times `padding` (accel/bounds.py).
     With ``boxed``, it is enough if the bounding box of the triangle overlaps the widened box.
     """
     slack = 6 * float(padding(triangles))

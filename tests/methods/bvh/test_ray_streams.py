@@ -42,7 +42,7 @@ def test_any_size_finds_the_same(precise_renderer, rays: str, seed: int, statist
 
 
 def test_one_at_a_time_is_the_order_of_a_stack() -> None:
-    """A stream of one element per pass never visits more nodes than a stack per ray does.
+    """A stream of one element per pass never visits more nodes than a method with a stack per ray.
 
     A hit removes all elements behind it from the stream. With more elements per pass, more
     elements are already tested when the hit is found, so fewer elements are removed.
@@ -142,7 +142,7 @@ def test_a_cap_stops_rays() -> None:
 @pytest.mark.parametrize("options", [{"octants": True}, {"packet": (4, 2)},
                                      {"interval_test": True}, {"schedule": "loop"}], ids=str)
 def test_what_streams_are_not(options: dict) -> None:
-    """Options that do not go with streams are refused."""
+    """Options that cannot be combined with streams are refused."""
     with pytest.raises(rt.OptionError, match="streams|kernels") as caught:
         rt.Tracer("cornell", "bvh-packet", streams=True, **options)
     assert "\n" not in str(caught.value)

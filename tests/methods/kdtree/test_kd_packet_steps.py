@@ -1,5 +1,5 @@
-"""Tests of packets in kd-trees under the schedule `step`: the rays of a packet vote in one pass,
-and move on in the next pass."""
+"""Tests of packets in kd-trees under the schedule `step`: the rays of a packet vote on the next
+node in one pass, and move there in the next pass."""
 from __future__ import annotations
 
 from typing import Any
@@ -14,9 +14,9 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.methods.kdtree.tree import LEAF
 from gpgpu_rt.rays.records import HIT
 
-# Variants of packet methods. The first three are packets without a stack, with push-down and with
-# a short stack, as in Horn et al. 2007. The next three have other sizes of stacks or packets;
-# three more follow ropes. The last three visit empty leaves, as the packets of that paper do.
+# Variants of packet methods. The first three are those of Horn et al. 2007: restart, push-down,
+# and short stack. The next three have other sizes of stacks or packets; three more follow ropes.
+# The last three visit empty leaves, as the packets of that paper do.
 FORMS: list[tuple[str, dict[str, Any]]] = [
     ("kd-packet", {"push_down": False, "stack_size": 0}),
     ("kd-packet", {"push_down": True, "stack_size": 0}),
@@ -50,8 +50,8 @@ def together(scene: rt.Scene) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("method, options", FORMS, ids=str)
 def test_step_does_the_work_of_loop(precise_renderer, method: str, options: dict,
                                     intersection: str) -> None:
-    """`step` and `loop` give the same hits, counters and steps for every ray. Searches for any hit
-    give the same answers and sums of counters."""
+    """`step` and `loop` give the same hits, counters and steps for every ray. For any-hit queries,
+    the answers and the sums of the counters are the same."""
     scene = soup_scene(300, 5)
     rays = together(scene)
     found = []

@@ -187,8 +187,8 @@ def test_intervals_behind_the_origin(precise_renderer, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [6], ids="seed{}".format)
 def test_visits_are_the_pairs_above_a_ray(seed: int) -> None:
-    """A ray's count of visited nodes is the number of (triangle, cone) pairs whose cone contains
-    the ray. The test counts these pairs each time the driver tests a level."""
+    """A ray's count of visited nodes is the number of tested (triangle, cone) pairs whose cone
+    contains the ray. This test counts the pairs each time the driver tests a level."""
     scene = soup_scene(150, seed)
     origins, directions = RAY_SETS["eye"](scene, 900, seed)
     with rt.Tracer(scene, "ray-hierarchy", statistics=True) as tracer:

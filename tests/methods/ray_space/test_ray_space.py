@@ -40,7 +40,7 @@ def crossed_soup(count: int, seed: int) -> rt.Scene:
     """Return a scene in which half of the triangles are tiny and lie in the scene's middle planes.
 
     In `visibility-field`, a beam is a set of rays that read the same list and cross the same tile
-    of a middle plane. A beam is narrowest at this plane, so its list has no margin there.
+    of a middle plane. A beam is narrowest at this plane, so its list has no spare triangles there.
     """
     triangles = random_soup(count, seed, 0.08)
     tiny = triangles[::2]
@@ -129,7 +129,7 @@ def test_no_list_misses_a_triangle_of_a_million_rays(method: str, options: dict,
                                              ("visibility-field", (0.05, 0.2, 4.0))])
 def test_a_budget_coarsens_and_changes_no_hit(precise_renderer, method: str,
                                               budgets: tuple) -> None:
-    """A smaller budget gives coarser lists, so rays test more triangles and find the same hits."""
+    """A smaller budget gives coarser lists: rays test more triangles, but find the same hits."""
     scene = soup_scene(300, 54, 0.1)
     chosen = rays_everywhere(1500, 54)
     with rt.Tracer(scene, "brute-force") as tracer:

@@ -13,7 +13,7 @@ SIDE = 8      # rays along a side of a tile (the default)
 def tight_tiles(scene: rt.Scene, tiles: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Return origins and directions, (SIDE, tiles * SIDE, 3), of rays that are hard to test.
 
-    The rays of a tile start in a ball. They pass just inside a triangle's corner, which lies on
+    The rays of a tile start in a ball. They hit a triangle just inside the corner that lies on
     the triangle's bounding sphere. The rays are perpendicular to the line from the sphere's centre
     to the corner, so the tile's cone barely meets the sphere. Sizes and distances of balls vary.
     """
@@ -90,7 +90,7 @@ def test_cones_of_any_size(precise_renderer, scale: float) -> None:
 
 
 def test_a_batch_shortens_the_search(precise_renderer) -> None:
-    """A wall among the first triangles hides all later triangles, so no later batch is drawn."""
+    """The first triangle, a wall, hides all others, so only the first 64 triangles are drawn."""
     wall = np.float32([[[-9, -9, 2], [9, -9, 2], [0, 14, 2]]])
     soup = soup_scene(1000, 5, size=0.02).triangles
     triangles = np.concatenate([wall, soup])

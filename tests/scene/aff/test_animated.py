@@ -54,7 +54,7 @@ def test_edges_stay_sharp(path: Path) -> None:
 
 def test_corners_that_meet_at_first_may_part(tmp_path: Path) -> None:
     """Corners with equal positions at frame 0 do not share a vertex if they may separate later.
-    Such corners belong to a triangle that grows from a point, to a hidden part, or to parts that
+    There are three cases: a triangle that grows from a point, a hidden part, and parts that
     touch."""
     def patch(size: int) -> str:
         return f"0 0 0 0 0 1  {size} 0 0 0 0 1  0 {size} 0 0 0 1 "

@@ -96,7 +96,7 @@ def test_the_shorter_way() -> None:
 
 
 def test_axes_need_no_length() -> None:
-    """Rotation axes of any length mean the same, and an axis of length 0 means no rotation."""
+    """A rotation does not depend on its axis's length, but length 0 means no rotation."""
     np.testing.assert_allclose(turns([0, 0, 40, 40], axis=(0, 3, 4)).at(2),
                                turns([0, 0, 40, 40], axis=(0, 0.6, 0.8)).at(2), atol=1e-15)
     assert (turns([0, 90, 90, 0], axis=(0, 0, 0)).at(1) == np.eye(3)).all()

@@ -27,8 +27,8 @@ def source_file(content: bytes = CONTENT) -> SourceFile:
 class Server(http.server.ThreadingHTTPServer):
     """Serves one file.
 
-    Each entry of ``drops`` is the number of bytes after which the server closes one of its next
-    connections. Each entry of ``statuses`` is the HTTP status of one of its next answers.
+    ``drops`` has an entry for each of the next connections: the number of bytes after which the
+    server closes the connection. ``statuses`` has the HTTP status of each of the next answers.
     ``asked`` and ``paths`` collect the requested ranges and paths.
     """
 

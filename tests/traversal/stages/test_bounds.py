@@ -23,9 +23,9 @@ def aimed_scene(camera: Camera, size: tuple[int, int], count: int, kind: str,
     """Return triangles with corners on rays through pixels. The triangles' outlines go through
     pixel centres, and often along the edges of tiles.
 
-    The corners of kind `near` are few pixels apart, those of kind `far` many pixels apart. For
+    The corners are a few pixels apart for `near`, and many pixels apart for `far`. For
     `tiny` and `slivers`, all corners are near one ray. For `behind`, some or all corners may be
-    behind the eye. For `beside`, the corners are close to the eye, before or behind it. For
+    behind the eye. For `beside`, the corners are close to the eye, before it or behind it. For
     `edge-on`, the eye lies in the triangle's plane.
     """
     rng = np.random.default_rng(seed)
@@ -87,7 +87,7 @@ def test_aimed_eye_rays_lose_no_hit(precise_renderer, kind: str, seed: int) -> N
 @pytest.mark.parametrize("seed, tile", [(11, 8), (12, 4)])
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_million_aimed_eye_rays(precise_renderer, kind: str, seed: int, tile: int) -> None:
-    """Each of the seven kinds of triangles has 154,179 rays."""
+    """Each of the seven kinds of triangles is tested with 154,179 rays."""
     count, size = 100 if kind in ("far", "behind", "beside") else 6_000, (463, 333)
     check(aimed_scene(CAMERA, size, count, kind, seed), CAMERA, size, "bvh-threaded", tile)
 

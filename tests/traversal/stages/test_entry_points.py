@@ -28,12 +28,12 @@ TWO_TILES = [(name, tile) for name in METHODS for tile in TILES[name][:2]]
 
 def aimed_tiles(scene: rt.Scene, method: str, across: int, down: int, seed: int
                 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return origins and directions, (side * down, side * across, 3), for the smallest tiles of
-    the method.
+    """Return rays for down x across tiles: origins and directions, (side * down, side * across,
+    3). ``side`` is the side of the method's smallest tiles.
 
     The rays of a tile begin at a point or in a ball of any size. They aim at vertices and edges,
-    because boxes end there. Half of the tiles aim at one triangle, and the other half at
-    several triangles that lie near each other.
+    because boxes end there. In half of the tiles, all rays aim at the same triangle. In the other
+    half, the rays aim at several neighbouring triangles.
     """
     rng = np.random.default_rng(seed)
     side = TILES[method][0]
@@ -108,8 +108,8 @@ def test_from_other_nodes(precise_renderer, method: str) -> None:
 @pytest.mark.parametrize("method", SOME)
 def test_in_low_precision(precise_renderer, method: str, precision: str) -> None:
     """In low precision, a BVH with entry points has at most one wrong hit. A kd-tree has wrong
-    hits with and without entry points. Entry points do not add wrong hits, because the path down
-    from an entry point is shorter than from the root."""
+    hits with and without entry points. Entry points add no wrong hits, because fewer rounded steps
+    lead down from an entry point than from the root."""
     scene = soup_scene(100, 3, size=0.05)
     rays = aimed_tiles(scene, method, 12, 12, 3)
     wrong = []
@@ -141,7 +141,7 @@ def test_rays_of_all_kinds_in_one_tile(precise_renderer, method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_few_rays_that_begin_nearer(precise_renderer, method: str) -> None:
-    """The t_min of most rays lies behind the nearest hit. A few rays of a tile begin at the common
+    """The t_min of most rays lies behind all first hits. A few rays of a tile begin at the common
     origin, so the beam must begin there too."""
     scene = soup_scene(2000, 9, size=0.1)
     rays = scene.camera.rays((64, 64))
@@ -154,8 +154,8 @@ def test_few_rays_that_begin_nearer(precise_renderer, method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_rays_that_go_both_ways(precise_renderer, method: str) -> None:
-    """For each axis in turn, the rays of a tile go both ways along the axis. No component is
-    small, so no beam bounds the rays along the axis."""
+    """For each axis in turn, the rays of a tile go both ways along the axis. No component of a
+    direction is small, so no beam bounds the rays along the axis."""
     scene = soup_scene(200, 8, size=0.05)
     origins, directions = aimed_tiles(scene, method, 12, 12, 8)
     origins = (0.5 * origins + 0.25).astype(np.float32)

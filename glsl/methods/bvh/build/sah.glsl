@@ -3,7 +3,7 @@
 // In large nodes, splits lie between bins (I. Wald, "On fast construction of SAH-based bounding volume
 // hierarchies", 2007).
 //
-// Departures: each triangle is drawn as a point, and blending adds the point to its bin. A node of at most
+// Departures: each triangle is drawn as a point, and blending adds the triangle to a bin. A node of at most
 // SMALL triangles tries every split between two triangles, as the CPU builder does; Lauterbach et al.
 // process small nodes in local queues.
 

@@ -3,7 +3,7 @@
 The tree equals the tree of `methods.bvh.lbvh`. Passes compute boxes and Morton codes, and sort the
 codes. A slot is a place in the sorted order. A pass finds the parent and the slots of each node.
 Six passes of pointer jumping give the nodes' positions in depth-first order. Finally, boxes of
-runs of slots are joined into the boxes of nodes.
+consecutive slots are joined into the boxes of nodes.
 """
 from __future__ import annotations
 
@@ -75,11 +75,11 @@ def radix_nodes(room: StreamRoom, keys: Stream, max_leaf: int = 1,
     Parameters
     ----------
     max_leaf : nodes of at most this many triangles are leaves
-    most_bits : replaces `max_leaf` if given: nodes whose codes share this many bits are leaves
+    most_bits : replaces `max_leaf`: nodes whose codes share at least this many bits are leaves
 
     Returns
     -------
-    gaps : the INTERVAL of the node at each gap between slots, with `turns` counted from the root
+    gaps : for each gap between slots, the INTERVAL of its node; `turns` count from the root
     leaves : for each slot, the INTERVAL of the leaf that begins there, if any
     sums : for each slot, the number of leaves that begin before the slot (a scan of flags)
     """

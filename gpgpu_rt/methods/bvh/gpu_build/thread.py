@@ -2,9 +2,9 @@
 
 A slot is a place in the order of triangles. The nodes may come from any tree whose nodes span
 consecutive slots. A node's position in depth-first order is twice the number of leaves that begin
-before the node, plus the number of ancestors that have the node in their left subtree. For some
-k, four runs of 4^k consecutive slots, which may overlap, cover a node's slots. So a node's box is
-the union of four runs' boxes, and no pass for each level of the tree is needed.
+before the node, plus the number of ancestors that have the node in their left subtree. Four runs
+of 4^k consecutive slots, for some k, cover a node's slots; the runs may overlap. So a node's box
+is the union of four runs' boxes, and the tree needs no pass per level.
 """
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
 
     Parameters
     ----------
-    triangles : TRIANGLE, as uploaded
+    triangles : stream of the record TRIANGLE, as uploaded
     order : SOURCE, the triangle in each slot
     sums : VALUES, the number of leaves that begin before each slot; the last value is the total
     max_leaf : The largest number of triangles in a leaf.

@@ -59,7 +59,7 @@ class LargeNodes:
     levels : all levels, from the root down
     small : pieces of small nodes, a stream per level below the root; for a small root, its pieces
     stuck : pieces of large nodes that became leaves, a stream for each level that has such pieces
-    roots : number of small nodes
+    roots : number of small nodes, which are the roots of the trees in `zhou_small`
     """
 
     levels: list[LargeLevel] = field(default_factory=list)
