@@ -15,8 +15,8 @@ ROW = 1.0
 def draw_flow(axis: Any, passes: Sequence[Issued], words: Mapping[str, str]) -> None:
     """Draw a box for each kernel, in the order of the kernels' first passes.
 
-    If a kernel writes a record, the record is a stream and is drawn on the right. All other
-    records are tables, on the left.
+    A record that kernels write and read is a stream, drawn on the right. Records that no kernel
+    writes are tables, on the left.
 
     Parameters
     ----------

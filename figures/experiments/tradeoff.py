@@ -141,7 +141,7 @@ def _chart(rows: list[dict[str, Any]], fronts: dict[str, list[dict[str, Any]]], 
         column[0].set_title(scene, fontsize=10)
         column[1].set_xlabel("million rays a second (log)")
     axes[0][0].set_ylabel("rays with a wrong hit or miss, % (log)")
-    axes[1][0].set_ylabel("relative error of t, 99.9 % of right hits, parts per million (log)")
+    axes[1][0].set_ylabel("relative error of t, 99.9 % quantile, parts per million (log)")
     handles = [plt.Line2D([], [], marker=marker, linestyle="", color=colour, label=word)
                for word, (colour, marker) in LOOKS.items()]
     handles += [plt.Line2D([], [], marker="o", linestyle="", color="#555555", fillstyle="none",
@@ -151,8 +151,8 @@ def _chart(rows: list[dict[str, Any]], fronts: dict[str, list[dict[str, Any]]], 
     figure.tight_layout(rect=(0, 0.03, 1, 0.96))
     for axis, points in named:
         direct_labels(axis, points, size=6.5, avoid=[point[:2] for point in points])
-    save_chart(figure, path, footnote, "Marks show the wrong rays and the error of the distance "
-               "of each setting, by its rate. The name of the method stands beside a mark")
+    save_chart(figure, path, footnote, "Each mark is a setting: its wrong rays, and its error of "
+               "t, against its rate. The name of the method stands beside a mark")
 
 
 def _plot(axis: Any, rows: list[dict[str, Any]], key: str, unit: float,

@@ -23,7 +23,8 @@ SKIPPING = "+ empty leaves skipped"
 
 
 def size(scene: str, full: bool) -> int:
-    """Pixels per side: the published number at full size, else enough for a few milliseconds."""
+    """Return the pixels per side: at full size the published number, else fewer pixels, for runs
+    of a few milliseconds."""
     return 1024 if full else 512 if scene == "cornell" else 256
 
 
@@ -34,7 +35,7 @@ def _cell(panel: Panel, column: MethodColumn, full: bool) -> Cell:
 
 
 def _published(settings: tuple[tuple[str, object], ...]) -> str:
-    """The settings as the published numbers name them."""
+    """Return the settings as text, in the form of the table of published numbers."""
     return " ".join(f"{name}={value}" for name, value in settings)
 
 
@@ -86,8 +87,8 @@ FIGURE = Comparison(
      "its rays.",
      "For cornell's primary rays the survey prints 17.5 Mrays/s for packets, less than the 38.3 "
      "of kd-restart, and then 88.8 for push-down. For shadow rays packets are not slower. The "
-     "17.5 may be a misprint, so tau-b may be misleading for cornell's primary rays."),
+     "17.5 may be a misprint, so the rank correlation tau-b may mislead for cornell's eye rays."),
     _remarks,
     # The paper does not say whether its loop is while-while or runs one step per iteration, so
-    # both forms are predicted. The third form runs one kernel per pass.
+    # both are predicted. PASSES predicts a program without a loop: one kernel per pass.
     paper_card=PaperCard("R580", 1024, (WHILE_WHILE, STEP, PASSES)))

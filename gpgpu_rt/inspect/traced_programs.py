@@ -128,7 +128,7 @@ def _switches(one: Compilation) -> str:
 
 
 def _only_starts(one: Compilation) -> bool:
-    """Return whether a program only sets up rays. Another program may then traverse."""
+    """Return whether a program only sets up rays, and leaves the traversal to another program."""
     return bool(one.defines.get("START")) and not one.defines.get("MANY_STEPS")
 
 

@@ -74,8 +74,8 @@ class Selection:
         return find_method(self.method)
 
     def known(self) -> tuple[Option, ...]:
-        """Return the options that the panels offer, the method's own first. The option schedule
-        offers only schedules that the other options allow."""
+        """Return the options that the panels offer, the method's own first. For ``schedule``,
+        they offer only the schedules that the other options allow."""
         return tuple(self._narrowed(option) for option in self.row.options + TRACER_OPTIONS
                      if option.name not in DECIDED)
 

@@ -100,7 +100,8 @@ def test_moved_triangles_are_followed():
 
 
 def test_a_loop_that_the_renderer_ends_early_is_an_error(scenes, monkeypatch):
-    """No known scene exceeds a renderer's loop limit, so the test makes the loop stop early."""
+    """A renderer may end a very long loop. No known scene has such a loop, so the test cuts the
+    loop short."""
     def cut_short(*given):
         found = packet_loop(*given)
         text = (ROOT / "era" / "packet_loop.glsl").read_text()

@@ -23,7 +23,7 @@ float t_split[RAYS];
 
 int node;
 int pushed;                   // the node at which a restart begins
-bool pushing;                 // whether the stack got no node since the last start or restart
+bool pushing;                 // since the last start or restart, no far child went onto the stack
 bool any_near;
 bool any_far;
 bool any_awake;
@@ -145,7 +145,7 @@ bool enter(int left, int empty) {
 // Leaves -----------------------------------------------------------------------------------------
 
 // Settle a ray that has a hit before the leaf's end, or whose interval ends with the leaf. Every other ray
-// continues at the leaf's end.
+// of the leaf continues at the leaf's end.
 void leave_ray(int r) {
     bool awake = t_min[r] < t_max[r];
     t_min[r] = awake ? (hits[r].t < t_max[r] ? NEVER : t_max[r]) : t_min[r];

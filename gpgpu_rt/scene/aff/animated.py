@@ -80,8 +80,8 @@ def read_moving(path: Path) -> Moving:
     """
     document = read_document(path)
     if document.span is None:
-        raise SceneError(f"{path}: does not move; add a line with START, END and the number of "
-                         "frames, such as a 0 10 240")
+        raise SceneError(f"{path}: does not move; add a line 'a START END FRAMES', such as "
+                         "'a 0 10 240'")
     placement = Placement(document)
     mesh = mesh_of(document, placement)
     rows, faces = _shared(mesh, placement)

@@ -1,9 +1,9 @@
 """Buildings: procedural scenes that stand in for Soda Hall and the Power Plant.
 
 The stand-ins have the properties of the originals that matter for ray tracing. Each stand-in has
-as many triangles as its original: millions, most of them small and hidden. Large walls and floors
-surround many small objects. In Soda Hall, rooms hide each other; the Power Plant has no walls
-between its many thin parts.
+as many triangles as its original: millions, most of them small and hidden. In Soda Hall, large
+walls and floors surround many small objects, and rooms hide each other. The Power Plant has many
+thin parts without walls between them.
 """
 from __future__ import annotations
 

@@ -49,8 +49,8 @@ def check_bounds(options: Mapping[str, Any]) -> None:
 class RasterisedBounds(DriverBase):
     """A driver that bounds the rays through the pixels of a camera.
 
-    A second driver traces all rays. The option ``rasterised_bounds`` is the side of a tile in
-    pixels.
+    The driver given to `take` traces all rays. The option ``rasterised_bounds`` is the side of a
+    tile in pixels.
     """
 
     def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:
