@@ -37,15 +37,15 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "refraction.md", (
         "# Image-space refraction\n\n"
         "A mesh refracts light. Two passes of the rasteriser estimate where the light leaves the "
-        "mesh. "
-        "The estimates are compared with float64 rays through the same two borders: where the "
+        "mesh. The estimates are compared with float64 rays through the same two borders: where the "
         "light enters the mesh, and where it leaves the mesh. The estimate is right "
         "for slabs and good inside convex shapes. It is wrong towards silhouettes, where it "
         "assumes total reflection, and wherever the mesh folds in front of itself.\n\n"
         "\"Light through both borders\" is the share of the mesh's pixels whose float64 ray "
         "enters and leaves the mesh. \"Of these, also when rasterised\" is the share of these "
         "pixels in which the rasterised light also leaves the mesh. The error is measured where "
-        "both the float64 ray and the rasterised light leave the mesh: it is the angle between them.\n\n"
+        "both the float64 ray and the rasterised light leave the mesh: it is the angle "
+        "between them.\n\n"
         "Renderer and settings: " + note + "\n\n"
         + markdown_table(HEADS, shown)))
     figure, axes = plt.subplots(len(results), 3, figsize=(9.6, 3.3 * len(results)), squeeze=False)
