@@ -37,8 +37,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "refraction.md", (
         "# Image-space refraction\n\n"
         "A mesh refracts light. Two passes of the rasteriser estimate where the light leaves the "
-        "mesh. The estimates are compared with float64 rays through the same two borders: where the "
-        "light enters the mesh, and where it leaves the mesh. The estimate is right "
+        "mesh. The estimates are compared with float64 rays through the same two borders: where "
+        "the light enters the mesh, and where it leaves the mesh. The estimate is right "
         "for slabs and good inside convex shapes. It is wrong towards silhouettes, where it "
         "assumes total reflection, and wherever the mesh folds in front of itself.\n\n"
         "\"Light through both borders\" is the share of the mesh's pixels whose float64 ray "
