@@ -95,6 +95,8 @@ def cells(full: bool) -> list[Cell]:
 class WarpWork:
     """The work of a ray, including the idle lanes of its warp.
 
+    Attributes
+    ----------
     instructions : instructions of kernels
     fetches : fetches of table texels
     levels : the longest chain of dependent fetches in a run of a kernel (`LoopCost.levels`),

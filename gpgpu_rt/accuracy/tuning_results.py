@@ -17,8 +17,8 @@ class Trial:
 
     Attributes
     ----------
-    rates : number of rays that were timed together -> rays per second
-    texture_bytes : bytes with 2^18 rays in flight
+    rates : rays per second, by the number of rays that were timed together.
+    texture_bytes : Bytes with 2^18 rays in flight.
     finding : errors against the reference; None if they were not measured
     misses : for each bound that is not kept, the measured value divided by the bound
     outcome : "chosen", "missed", "slower", "not possible" or "not reached"

@@ -28,6 +28,8 @@ NO_T = 3.4e38      # larger than every t
 class Runs:
     """Runs: consecutive rays of a batch that wait for the triangles of the same cell.
 
+    Attributes
+    ----------
     first, count : (k,) int64, the first ray and the number of rays of each of k runs
     cell : (k,) int64, the cell of each run
     """
