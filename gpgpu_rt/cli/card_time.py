@@ -47,8 +47,8 @@ def _with_lines(found: dict[str, Any], tracer: Tracer) -> CardTime:
                 "kernels that address the texels by two coordinates, as in the papers")
         lines.append(
             f"the {found['card']} would have taken about {found['seconds'] * 1e3:,.0f} ms "
-            f"for the traversal's passes, without shading; form: {found['form']}; rays: "
-            f"{' and '.join(found['rays'])} ("
+            f"for the traversal's passes, without shading (form: {found['form']}; rays: "
+            f"{', '.join(found['rays'])}; "
             + ", ".join(f"{name} {part / found['seconds']:.0%}" for name, part in shares)
             + "); `python -m gpgpu_rt.figures --only era_machine` says how well such predictions "
             "fit")

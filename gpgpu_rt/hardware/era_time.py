@@ -46,7 +46,7 @@ class EraTime:
     def rays(self) -> tuple[str, ...]:
         """The kinds of rays that were traced, in words."""
         kinds = {one.any_hit for one in self.kept.calls}
-        return tuple(name for any_hit, name in ((False, "nearest-hit rays (eye rays, bounces)"),
+        return tuple(name for any_hit, name in ((False, "eye rays and other nearest-hit rays"),
                                                 (True, "shadow rays")) if any_hit in kinds)
 
     @property

@@ -178,8 +178,9 @@ def test_waiting_lanes_and_time_are_those_of_the_whole_trace() -> None:
 
 def test_a_time_names_its_form_and_its_rays(capsys, tmp_path) -> None:
     told = _rendered(capsys, tmp_path, "--era", "nv40")
-    assert "form: one kernel per pass; rays: nearest-hit rays" in told
-    assert "and shadow rays" in told and "waiting lanes" in told
+    assert ("(form: one kernel per pass; rays: eye rays and other nearest-hit rays, shadow rays; "
+            in told)
+    assert "waiting lanes" in told
     data = json.loads(_rendered(capsys, tmp_path, "--era", "nv40", "--json"))["on_card"]
     assert data["form"] == "one kernel per pass" and len(data["rays"]) == 2
 
