@@ -1,14 +1,17 @@
 """``gpgpu-rt program METHOD --card CARD``: print the programs that a card's compiler made."""
 from __future__ import annotations
 
+import argparse
 from typing import Any
 
-from ..errors import OptionError
+from ..errors import OptionError, nearest_names
 from ..hardware.cards import Card, cards
 from ..hardware.published_kernels import published_kernel
 from ..hardware.static_costs import (
-    StaticCost, compiled_costs, era_programs, packet_methods, static_cost
+    COMPILERS, StaticCost, compiled_costs, era_programs, packet_methods, static_cost
 )
+from ..methods import find_method
+from .era_words import NV30, check_era_form
 
 # Each row: an attribute of StaticCost, its label, and the attribute of Card that limits it, or "".
 _ROWS = (("arithmetic", "arithmetic instructions", ""),
@@ -18,6 +21,21 @@ _ROWS = (("arithmetic", "arithmetic instructions", ""),
          ("levels", "levels of indirection", "dependent_reads"),
          ("registers", "registers", ""), ("targets", "render targets", "render_targets"),
          ("cycles", "clocks, as the driver estimates", ""))
+_NOTES = {"nv40": "NVIDIA's own compiler probably needed fewer instructions (docs/era.md, How to "
+          "read the counts)"}
+_SLOTS = ("instruction slots: an instruction occupies two, one for a vector and one for a scalar "
+          "operation, even if a slot stays empty")
+
+
+def card_word(text: str) -> str:
+    """Return the chip that ``program --card`` names, in lower case."""
+    chip = text.lower()
+    if chip == "nv30":
+        raise argparse.ArgumentTypeError(f"{NV30}; give one of {', '.join(COMPILERS)}")
+    if chip not in COMPILERS:
+        raise argparse.ArgumentTypeError(f"invalid choice {text!r}"
+                                         + nearest_names(chip, COMPILERS))
+    return chip
 
 
 def card_costs(method: str, card: str, options: dict[str, Any], only: str | None = None
@@ -31,7 +49,13 @@ def card_costs(method: str, card: str, options: dict[str, Any], only: str | None
         2002-2006 could run; docs/era.md)
     """
     compiled_costs(card)    # raises an error that names the known cards
-    looped = method in packet_methods()
+    check_era_form(method)
+    row = find_method(method)
+    looped = row.era_packets is not None
+    if row.era_packets is not None:
+        implied = row.era_packets.implied(row.options)
+        options = {**{o.name: implied[o.name] for o in row.options if o.name in implied},
+                   **options}
     names = [only] if only else [
         one.kernel for one in era_programs(method, in_loop=looped, **options)]
     return [static_cost(card, method, name, in_loop=looped, **options) for name in names]
@@ -45,6 +69,10 @@ def card_text(costs: list[StaticCost], listing: bool = True) -> str:
     form = "kernels in a loop" if first.method in packet_methods() else "one kernel per pass"
     lines = [f"{first.method} on {chip.name if chip else first.card.upper()}, {form}",
              f"compiled by {made.driver}, {made.date}"]
+    if first.card in _NOTES:
+        lines.append(_NOTES[first.card])
+    if any(cost.vector for cost in costs):
+        lines.append(_SLOTS)
     for cost in costs:
         lines += ["", f"kernel {cost.kernel}", *_counts(cost, chip)]
         if listing and cost.listing:
@@ -72,5 +100,6 @@ def check_alone(given: dict[str, Any]) -> None:
     """Raise OptionError for options that exclude ``--card``."""
     clash = [name for name, value in given.items() if value]
     if clash:
-        raise OptionError(f"--card prints the kernels as a card's compiler compiled them; leave "
-                          f"{' and '.join('--' + name.replace('_', '-') for name in clash)} out")
+        words = " and ".join("--" + name.replace("_", "-") for name in clash)
+        raise OptionError("--card prints the kernels as Mesa's driver for the chip compiled them; "
+                          f"leave {words} out")

@@ -17,8 +17,9 @@ def watched_for_card(tracer: Tracer) -> Iterator[Callable[[], CardTime]]:
     """Yield a function to call after the block. The function predicts the time of the block's
     traversal on the card of the option ``era``. It returns a dict for JSON, and lines of text.
 
-    The dict has ``card``, ``seconds`` and ``parts`` (seconds by name), or only ``no_prediction``
-    (the reason).
+    The dict has ``card``, ``form`` (of the card's program), ``rays`` (their kinds), ``seconds``
+    and ``parts`` (seconds by name), or only ``no_prediction`` (the reason). If an index in one
+    channel could not have addressed all texels on the card, ``limit`` says so.
     """
     with era_timed(tracer) as seen:
         yield lambda: _with_lines(_time_on_card(seen), tracer)
@@ -29,7 +30,9 @@ def _time_on_card(seen: EraTime) -> dict[str, Any]:
         card, time = seen.on_card()
     except OptionError as reason:
         return {"no_prediction": str(reason)}
-    return {"card": card.name, "seconds": time.seconds,
+    limits = {"limit": one.says for one in seen.refusals[:1]}
+    return {"card": card.name, "form": seen.form, "rays": list(seen.rays),
+            "seconds": time.seconds, **limits,
             "parts": {name: seconds for name, seconds in time.parts.items() if seconds}}
 
 
@@ -37,9 +40,15 @@ def _with_lines(found: dict[str, Any], tracer: Tracer) -> CardTime:
     lines = []
     if found.get("parts"):
         shares = sorted(found["parts"].items(), key=lambda part: -part[1])
+        if "limit" in found:
+            lines.append(
+                f"the {found['card']} could not have run these kernels. They store an index in "
+                f"one channel, and this scene {found['limit']}. The next line is the time of "
+                "kernels that address the texels by two coordinates, as in the papers")
         lines.append(
-            f"the {found['card']} would have taken about {found['seconds'] * 1e3:,.0f} ms for the "
-            "traversal's passes, without shading ("
+            f"the {found['card']} would have taken about {found['seconds'] * 1e3:,.0f} ms "
+            f"for the traversal's passes, without shading (form: {found['form']}; rays: "
+            f"{', '.join(found['rays'])}; "
             + ", ".join(f"{name} {part / found['seconds']:.0%}" for name, part in shares)
             + "); `python -m gpgpu_rt.figures --only era_machine` says how well such predictions "
             "fit")

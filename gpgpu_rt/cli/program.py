@@ -13,10 +13,11 @@ from ..inspect.traced_programs import (
 from ..methods import file_of, find_method
 from ..options import TRACER_OPTIONS
 from ..text_format import counted
-from .card_programs import card_costs, card_text, check_alone
+from .card_programs import card_costs, card_text, card_word, check_alone
 from .shared import Command, add_options, options_for, print_json, print_table, say
 
 PACKAGE = Path(__file__).parents[1]
+LIST_ALONE = "--list prints a table and writes no program; leave --output or --list out"
 
 
 def add_commands(command: Command) -> None:
@@ -31,9 +32,10 @@ def add_commands(command: Command) -> None:
     which.add_argument("--only", metavar="NAME", help="print only the program of this name, for "
                        "example the kernel down under the schedule kernels")
     sub.add_argument("-o", "--output", metavar="FILE", help="write the text to a file")
-    sub.add_argument("--card", type=str.lower, choices=COMPILERS, help="print the kernels as "
-                     "compiled by this card's own compiler: counts, limits and the compiled "
-                     "program")
+    sub.add_argument("--card", metavar="CHIP", type=card_word, help="print the kernels as "
+                     "compiled by Mesa's driver for this chip: counts, limits and the compiled "
+                     "program; with --list, only counts and limits. CHIP is "
+                     + ", ".join(COMPILERS))
     sub.add_argument("--scene", default=SCENE, help="scene whose tree determines sizes, such as "
                      "the size of a stack; default %(default)s")
     add_options(sub, words=())
@@ -45,8 +47,7 @@ def _program(chosen: argparse.Namespace) -> None:
         return _card_program(method, chosen)
     options = options_for(chosen, method)
     if chosen.output and chosen.list:
-        raise OptionError("--list prints a table and writes no program; leave --output or --list "
-                          "out")
+        raise OptionError(LIST_ALONE)
     if chosen.output:
         check_writable(chosen.output)
     programs = traced_programs(method, options, chosen.scene)
@@ -71,12 +72,15 @@ def _program(chosen: argparse.Namespace) -> None:
 def _card_program(method: str, chosen: argparse.Namespace) -> None:
     options = options_for(chosen, method)
     of_tracer = {one.name: one.name in options for one in TRACER_OPTIONS}
-    check_alone({"list": chosen.list, "all": chosen.all, **of_tracer})
+    check_alone({"all": chosen.all, **of_tracer})
+    if chosen.output and chosen.list:
+        raise OptionError(LIST_ALONE)
     costs = card_costs(method, chosen.card, options, chosen.only)
     if chosen.json:
-        return print_json([one.to_dict() for one in costs])
+        return print_json([{name: value for name, value in one.to_dict().items()
+                            if not (chosen.list and name == "listing")} for one in costs])
     if not chosen.output:
-        return print(card_text(costs), end="")
+        return print(card_text(costs, listing=not chosen.list), end="")
     check_writable(chosen.output)
     with replacing(chosen.output) as path:
         path.write_text(card_text(costs))

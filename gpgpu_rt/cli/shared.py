@@ -13,6 +13,7 @@ from ..errors import OptionError
 from ..methods import find_method, methods
 from ..options import TRACER_OPTIONS, TRUTH, Option
 from ..scene.scene import Scene
+from .era_words import check_era, check_era_form
 from .help import OwnedOptions, Variants, escaped, help_of, variants
 from .parser import Parser
 
@@ -146,7 +147,13 @@ def _read(kinds: Sequence[Option], text: str) -> Any:
             return option.parse(text)
         except OptionError:
             continue
-    return kinds[-1].parse(text)
+    return _parse(kinds[-1], text)
+
+
+def _parse(option: Option, text: str) -> Any:
+    if option.name == "era":
+        check_era(text)
+    return option.parse(text)
 
 
 def options_for(chosen: argparse.Namespace, method: str) -> dict[str, Any]:
@@ -157,8 +164,11 @@ def options_for(chosen: argparse.Namespace, method: str) -> dict[str, Any]:
     OptionError
         for an option that the method does not have, or an invalid value
     """
-    return parsed(chosen, "option_", all_options(), TRACER_OPTIONS + find_method(method).options,
-                  f"method {method}")
+    given = parsed(chosen, "option_", all_options(), TRACER_OPTIONS + find_method(method).options,
+                   f"method {method}")
+    if given.get("era"):
+        check_era_form(method)
+    return given
 
 
 def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
@@ -185,7 +195,7 @@ def parsed(chosen: argparse.Namespace, prefix: str, asked: Iterable[str],
         if name not in table:
             raise OptionError(f"{whose} has no option {word_of(name)}{_whose(name)}")
         try:
-            given[name] = table[name].parse(text)
+            given[name] = _parse(table[name], text)
         except OptionError as failure:
             raise OptionError(f"{whose}: {failure}") from failure
     return given

@@ -9,7 +9,8 @@ The modules compute the time of a program on a card, step by step:
 * ``issue``: How often a group of pixels that branch together issues a kernel, and how many of its
   pixels wait. Counters in shaders cannot show how long a ray waits for its neighbours.
 * ``machine_model``: Predicts seconds from these counts, with no fitted constant.
-* ``era_time``: The predicted time of passes in the era form (docs/era.md), for ``render --era``.
+* ``era_time``, ``era_rays``: The predicted time of passes in the era form (docs/era.md), for
+  ``render --era``.
 * ``published_kernels``: The instruction counts that papers printed.
 * ``table_reads``: The texels that rays read, recorded from the same passes as ``trace``.
 * ``machines``, ``loop_costs``, ``local_store``: Times of machines with ray tracing units, and of

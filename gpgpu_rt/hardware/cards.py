@@ -9,6 +9,10 @@ from typing import Any
 
 from ..errors import OptionError, nearest_names
 
+# The limit of a program that stores a table's index in one channel. Two coordinates, in two
+# channels, address more texels; the papers' programs used them on cards with fp24.
+INDEX = "index"
+
 
 @dataclass(frozen=True)
 class Needs:
@@ -73,7 +77,7 @@ class Card(Sourced):
                    "levels of dependent fetches"),
                   ("targets", "render_targets", needs.targets, "render targets"),
                   ("size", "texture_size", needs.texture_size, "texels per side"),
-                  ("index", "exact_integers", needs.largest_index, "texels to index"))
+                  (INDEX, "exact_integers", needs.largest_index, "texels to index"))
         reasons = [Refusal(limit, f"needs {wanted:,} {what}, the card has "
                            f"{getattr(self, name):,}")
                    for limit, name, wanted, what in limits if wanted > getattr(self, name)]

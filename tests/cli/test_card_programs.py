@@ -12,6 +12,8 @@ import trimesh
 import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.hardware.era_time import era_timed
+from gpgpu_rt.hardware.issue import issued_in_passes
+from gpgpu_rt.hardware.machine_model import stream_fetches, time_of_passes
 from gpgpu_rt.hardware.static_costs import COMPILERS, era_programs, static_cost
 
 
@@ -45,19 +47,45 @@ def test_json_and_file(capsys, tmp_path) -> None:
     assert path.read_text().startswith("kd-restart on NVIDIA GeForce 6800 Ultra")
 
 
+def test_list_prints_counts_and_limits_without_the_programs(capsys) -> None:
+    assert cli.main(["program", "kd-restart", "--card", "nv40", "--list"]) == 0
+    text = capsys.readouterr().out
+    assert re.findall(r"^kernel (\w+)$", text, re.M) == ["init", "down", "intersect"]
+    assert "arithmetic instructions" in text and " of 4,096" in text
+    assert "NVIDIA's own compiler probably needed fewer instructions" in text
+    assert static_cost("nv40", "kd-restart", "down").listing not in text
+    assert len(text.splitlines()) < 50
+    assert cli.main(["program", "kd-restart", "--card", "nv40", "--list", "--json"]) == 0
+    assert all("listing" not in row for row in json.loads(capsys.readouterr().out))
+
+
+def test_slots_are_explained_where_an_instruction_has_two(capsys) -> None:
+    for card, two in (("r300", True), ("r420", True), ("nv40", False)):
+        assert cli.main(["program", "kd-restart", "--card", card, "--list"]) == 0
+        text = capsys.readouterr().out
+        assert ("an instruction occupies two" in text) == two
+        cost = static_cost(card, "kd-restart", "down")
+        assert cost.slots == (2 if two else 1) * cost.arithmetic
+
+
 def test_packets_have_the_kernels_of_their_loop(capsys) -> None:
     assert cli.main(["program", "kd-packet", "--card", "r580", "--skip-empty-leaves", "no"]) == 0
     text = capsys.readouterr().out
+    assert cli.main(["program", "kd-packet", "--card", "r580"]) == 0
+    assert capsys.readouterr().out == text
     assert text.startswith("kd-packet on ATI Radeon X1900 XTX, kernels in a loop\n")
     assert re.findall(r"^kernel (\w+)$", text, re.M) == [
         "traverse", "intersect", "leave", "begin", "pop", "push", "loop"]
 
 
 @pytest.mark.parametrize("words, says", [
-    (["kd-restart", "--card", "nv40", "--list"], "leave --list out"),
+    (["kd-restart", "--card", "nv40", "--all"], "leave --all out"),
+    (["kd-restart", "--card", "nv40", "--list", "-o", "x.txt"], "leave --output or --list out"),
     (["kd-restart", "--card", "nv40", "--only", "dwn"], "did you mean down?"),
     (["bvh-packet", "--card", "nv40"], "has no era form"),
-    (["kd-packet", "--card", "r580"], "written for skip_empty_leaves=False"),
+    (["bvh-stack", "--card", "nv40"], "methods with an era form: brute-force, grid, "),
+    (["kd-packet", "--card", "r580", "--skip-empty-leaves", "yes"],
+     "written for skip_empty_leaves=False"),
     (["kd-restart", "--card", "nv40", "--interval", "strict"], "may lose hits"),
     (["kd-restart", "--card", "nv40", "--schedule", "loop"], "leave --schedule out"),
     (["bvh-threaded", "--card", "nv40", "--octants", "yes", "--shared-subtrees", "8"],
@@ -88,15 +116,73 @@ def test_a_picture_in_the_era_form_says_what_the_card_would_have_taken(capsys, t
     assert data["on_card"]["seconds"] == pytest.approx(sum(data["on_card"]["parts"].values()))
 
 
-def test_a_card_that_could_not_hold_the_scene_gets_no_time(capsys, tmp_path) -> None:
+@pytest.mark.parametrize("chip, says", [
+    ("nv30", "the NV30 is left out, because it has a single render target"),
+    ("r42", "did you mean r420")])
+def test_program_says_why_a_chip_is_missing(capsys, chip: str, says: str) -> None:
+    with pytest.raises(SystemExit):
+        cli.main(["program", "kd-restart", "--card", chip])
+    assert says in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("chip, says", [
+    ("g80", "`gpgpu-rt program METHOD --card g80`"),
+    ("nv30", "the NV30 is left out, because it has a single render target")])
+def test_chips_without_an_era_form_say_why(capsys, tmp_path, chip: str, says: str) -> None:
+    assert cli.main(["render", "cornell", "-m", "grid", "--era", chip, "-o",
+                     str(tmp_path / "picture.png")]) != 0
+    error = capsys.readouterr().err
+    assert says in error and "did you mean" not in error
+
+
+def test_render_names_the_methods_with_an_era_form(capsys, tmp_path) -> None:
+    assert cli.main(["render", "cornell", "-m", "ray-engine", "--era", "r420", "-o",
+                     str(tmp_path / "picture.png")]) != 0
+    assert "methods with an era form: brute-force, grid, " in capsys.readouterr().err
+
+
+def test_a_scene_beyond_the_index_gets_the_time_of_two_coordinates(capsys, tmp_path) -> None:
     scene = tmp_path / "many.ply"
-    corners = np.random.default_rng(3).normal(size=(140_000, 3, 3))
+    rng = np.random.default_rng(3)      # small triangles, which a ray seldom meets
+    corners = rng.normal(size=(140_000, 1, 3)) + rng.normal(size=(140_000, 3, 3), scale=1e-3)
     trimesh.Trimesh(corners.reshape(-1, 3), np.arange(420_000).reshape(-1, 3),
                     process=False).export(scene)
     assert cli.main(["render", str(scene), "-m", "bvh-threaded", "--build", "lbvh", "--size", "8",
                      "--era", "r420", "-o", str(tmp_path / "picture.png")]) == 0
-    assert ("no prediction: the ATI Radeon X800 XT PE could not have run the method, which needs"
-            in capsys.readouterr().out)
+    text = capsys.readouterr().out
+    assert re.search(r"the ATI Radeon X800 XT PE could not have run these kernels. They store an "
+                     r"index in one channel, and this scene needs [\d,]+ texels to index, the "
+                     r"card has 131,072", text)
+    assert "the ATI Radeon X800 XT PE would have taken about" in text
+
+
+def test_waiting_lanes_and_time_are_those_of_the_whole_trace() -> None:
+    """`era_timed` predicts what `time_of_passes` predicts from a trace of the same rays."""
+    scene, method = rt.load_scene("cornell"), "kd-restart"
+    rays = scene.camera.rays((64, 64))
+    with rt.Tracer(scene, method, era="nv40") as tracer:
+        with era_timed(tracer) as seen:
+            tracer.trace(*rays)
+        card, time = seen.on_card()
+        with seen.kept.stepper() as stepper:
+            issued = issued_in_passes(seen.kept.calls[0].record(stepper))
+    whole = time_of_passes(
+        card, issued, {name: static_cost("nv40", method, name) for name in issued.kernels},
+        {name: stream_fetches(method, name, in_loop=False) for name in issued.kernels}, 64 * 64)
+    assert time.parts["waiting lanes"] > 0
+    # A log counts one query more than the host waits for.
+    for name in ("arithmetic", "texture", "waiting lanes"):
+        assert time.parts[name] == pytest.approx(whole.parts[name], rel=0.02)
+    assert time.seconds == pytest.approx(whole.seconds, rel=0.05)
+
+
+def test_a_time_names_its_form_and_its_rays(capsys, tmp_path) -> None:
+    told = _rendered(capsys, tmp_path, "--era", "nv40")
+    assert ("(form: one kernel per pass; rays: eye rays and other nearest-hit rays, shadow rays; "
+            in told)
+    assert "waiting lanes" in told
+    data = json.loads(_rendered(capsys, tmp_path, "--era", "nv40", "--json"))["on_card"]
+    assert data["form"] == "one kernel per pass" and len(data["rays"]) == 2
 
 
 def test_nearest_and_any_hits_are_summed() -> None:

@@ -14,7 +14,7 @@ from faked_cells import write_cell
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE, workload
 from gpgpu_rt.figures.experiments import era_machine
-from gpgpu_rt.figures.experiments.era_machine_page import bars, by_method, far_off
+from gpgpu_rt.figures.experiments.era_machine_page import _view, bars, by_method, far_off
 from gpgpu_rt.figures.framework import era_counts, predicted_times
 from gpgpu_rt.figures.framework.output import number
 from gpgpu_rt.figures.survey import fig12_eye_rays as fig12
@@ -70,6 +70,7 @@ def test_the_table_holds_what_the_counts_say(tmp_path: Path) -> None:
     assert {row["form"] for row in rows.values() if row["scored"] == "True"} == {WHILE_WHILE}
     page = (tmp_path / "era_machine.md").read_text()
     assert "draw_seconds doubled" in page and "missed by" in page
+    assert "`gpgpu-rt scenes --fetch`" in page
     assert (tmp_path / "era_machine.png").stat().st_size > 5_000
 
 
@@ -95,6 +96,7 @@ def test_parts_of_the_rows_have_medians_of_their_own(tmp_path: Path) -> None:
     primary, shadow = (row for row in rows if row.scored)
     # The published data of cornell give a view, but no light for shadow rays.
     assert primary.published_view and not shadow.published_view
+    assert (_view(primary), _view(shadow)) == ("published", "published; light chosen")
     published, chosen, possible = era_machine.parts(rows).values()
     assert published == (1, pytest.approx(abs(math.log2(primary.ratio()))))
     assert chosen == (1, pytest.approx(abs(math.log2(shadow.ratio()))))

@@ -5,7 +5,7 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.errors import OptionError
-from gpgpu_rt.hardware import era_packet_time, packet_trace
+from gpgpu_rt.hardware import era_packet_time, era_rays, packet_trace
 from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.era_time import era_timed
 from gpgpu_rt.hardware.issue import GROUPS, WHILE_WHILE, WITHIN, issued_in_loop
@@ -61,10 +61,10 @@ def test_each_pass_takes_the_time_of_its_kernels(calls) -> None:
 def test_a_large_image_is_sampled(monkeypatch) -> None:
     scene = load_scene("shirley6")
     whole = _predicted(scene, "trace", size=(192, 192))
-    monkeypatch.setattr(era_packet_time, "TILE", 24)
+    monkeypatch.setattr(era_rays, "TILE", 24)
     traced = []
-    trace = era_packet_time.record_trace
-    monkeypatch.setattr(era_packet_time, "record_trace",
+    trace = era_rays.record_trace
+    monkeypatch.setattr(era_rays, "record_trace",
                         lambda tracer, size, *more: traced.append(size) or trace(
                             tracer, size, *more))
     assert _predicted(scene, "trace", size=(192, 192)) == pytest.approx(whole, rel=0.3)

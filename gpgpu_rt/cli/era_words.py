@@ -1,0 +1,29 @@
+"""Messages about the chips and methods that have no era form (docs/era.md)."""
+from __future__ import annotations
+
+from ..errors import OptionError
+from ..methods import find_method, methods
+from ..options import ERAS
+
+NV30 = "the NV30 is left out, because it has a single render target (docs/era.md)"
+
+
+def check_era(text: str) -> None:
+    """Raise OptionError with the reason if ``text`` is a chip that the option ``era`` lacks for a
+    known reason."""
+    chip, known = text.lower(), ", ".join(ERAS)
+    if chip == "nv30":
+        raise OptionError(f"option era={text!r}: {NV30}; give one of {known}")
+    if chip == "g80":
+        raise OptionError(f"option era={text!r} is none of {known}: the G80 has integers and "
+                          "loops, so there is no era form to run; `gpgpu-rt program METHOD "
+                          "--card g80` prints what its kernels cost")
+
+
+def check_era_form(method: str) -> None:
+    """Raise OptionError if a method has no era form with any options. The message names the
+    methods that have one."""
+    if reason := find_method(method).why_no_era_form():
+        known = ", ".join(row.name for row in methods() if not row.why_no_era_form())
+        raise OptionError(f"method {method} has no era form: {reason}; methods with an era form: "
+                          f"{known}")
