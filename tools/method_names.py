@@ -16,7 +16,7 @@ from gpgpu_rt.methods import file_of
 from gpgpu_rt.tracer import AUTO
 
 FILE = Path(rt.__file__).parent / "methods" / "names.py"
-HEAD = '''"""Names: the values of the argument `method`. `tools/method_names.py` writes them."""
+HEAD = '''"""Names: values of the argument `method`. `tools/method_names.py` writes this file."""
 from typing import Literal
 
 MethodName = Literal[
