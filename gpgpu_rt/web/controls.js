@@ -54,9 +54,11 @@ async function draws() {
         return shows(states, step);
     };
     const paused = () => plays && !playing && reached > from;
-    const found = await trace(drawn, camera, side, side, {most: limit, stopped: () => ends() || paused(), seen});
+    const lives = [];
+    const found = await trace(drawn, camera, side, side, {most: limit, stopped: () => ends() || paused(), seen,
+                                                          lives: dragged ? null : lives});
     if (ends()) return;
-    if (stepwise && limit === MOST_TURNS && found.alive === 0 && !dragged) count(drawn, found, camera, side);
+    if (stepwise && limit === MOST_TURNS && found.alive === 0 && !dragged) count(drawn, found, lives, camera, side);
     // The reader may have paused between two shown steps, so take the reached step from the trace.
     if (plays) [playing, chosen.most] = [false, playing || found.alive === 0 ? null : found.turns];
     element("play").textContent = "play";
@@ -66,7 +68,7 @@ async function draws() {
     const took = performance.now() - began;
     costs.set(costKey(name), {side, took});
     element("counts").textContent = `${side} x ${side} rays, ${found.passes} ${found.passes === 1 ? "pass" : "passes"}`
-        + (stepwise ? `, ${found.alive} ${searchers(drawn)} alive, at most ${found.steps} steps` : "")
+        + (stepwise ? `, ${found.alive} ${searchers(drawn)} alive, at most ${found.steps} ${stepNoun(drawn)}` : "")
         + `, ${took.toFixed(0)} ms`;
     canvas.dataset.shown = Number(canvas.dataset.shown || 0) + 1;
     if (dragged) return;
@@ -79,8 +81,9 @@ async function draws() {
 // If the picture stops at a step, traces the search to its end, to count the live rays after each step.
 async function countWhole(drawn, camera, side) {
     if (presentSurvey()) return;
-    const whole = await trace(drawn, camera, side, side, {place: "count", stopped: () => wanted});
-    if (!wanted) count(drawn, whole, camera, side);
+    const lives = [];
+    const whole = await trace(drawn, camera, side, side, {place: "count", stopped: () => wanted, lives});
+    if (!wanted) count(drawn, whole, lives, camera, side);
     freeTargets("count");
 }
 
@@ -139,6 +142,10 @@ function quick() {
     return {name: names[names.length - 1], side: SIDES[SIDES.length - 1]};
 }
 
+// Returns what a state's number of steps counts. A step of the slider is a turn (passes.js). In a turn, a packet may
+// also push, pop or leave a leaf, which its number of steps does not count.
+const stepNoun = (drawn) => drawn.packets ? "visits and tests" : "steps";
+
 // The counts of a whole search ------------------------------------------------------------------------------
 
 const countKey = (camera, side) => `${chosen.method.name} ${chosen.schedule} ${side} ${camera.eye}`;
@@ -148,8 +155,8 @@ function presentSurvey() {
     return counted && counted.key === countKey(chosen.camera, chosen.side) ? counted : null;
 }
 
-function count(drawn, found, camera, side) {
-    counted = {...survey(drawn, found.states), key: countKey(camera, side)};
+function count(drawn, found, lives, camera, side) {
+    counted = {...survey(drawn, found.states, lives), key: countKey(camera, side)};
     // With several cycles, a turn (passes.js) runs one kernel, only for the rays that wait for it. So the number of
     // turns is not a ray's number of steps.
     if (drawn.cycles.length > 1) Object.assign(counted, {last: found.turns, alive: null});
@@ -256,7 +263,7 @@ function choose(name = element("schedule").value, most = null) {
     element("fields").hidden = !schedule().repeats;
     element("fields").lastChild.replaceChildren(...paragraphs(schedule().meaning));
     const passes = schedule().passes, listed = element("kernel");
-    const first = schedule().repeats ? schedule().cycles[0].turns[0].passes[0] : 1;
+    const first = schedule().repeats ? kernelPass(schedule()) : 1;
     const distinct = passes.map((pass, k) => [pass, k]).filter(
         ([{fragment}], k) => passes.findIndex((one) => one.fragment === fragment) === k);
     listed.replaceChildren(...distinct.map(([{title}, k]) => new Option(title, k)));
@@ -265,6 +272,14 @@ function choose(name = element("schedule").value, most = null) {
     showProgram();
     steps();
     return show();
+}
+
+// Returns the number of the first pass of a turn whose program defines a kernel; else of the turn's first pass.
+function kernelPass({cycles, passes, structure: {kernels}}) {
+    const turn = cycles[0].turns[0].passes;
+    const defines = (number) => marked(page.texts[passes[number].fragment].split("\n"), kernels).some(
+        (part) => typeof part !== "string");
+    return turn.find(defines) ?? turn[0];
 }
 
 // Returns an element for each text. Words between backticks become code.
