@@ -222,7 +222,7 @@ function spaceAt() {
     const hits = hit && hit[3] !== NO_TRIANGLE;
     drawSpace({origin, direction: [...direction.slice(0, 3)], hits,
                end: hits ? hit[0] : far / Math.hypot(...direction.slice(0, 3))}, states, step);
-    element("space-text").textContent = stepLine(states, step, schedule().structure.boxes);
+    element("space-text").textContent = stepLine(states, step, schedule().structure);
     markKernel(states ? states[Math.min(step, states.length - 1)].kernel : "", !playing);
 }
 
