@@ -1,7 +1,8 @@
 // The controls of a page: what the reader has chosen, the pictures, and the ray of a clicked pixel.
 
-const chosen = {method: runnable[0], schedule: null, most: null, heat: false, scale: null, side: 128, ray: null,
-                camera: page.camera};
+const opening = runnable.find(({name}) => name === page.opens) || runnable[0];
+const chosen = {method: opening, schedule: null, most: null, heat: false, scale: null, side: opening.test.side,
+                ray: null, camera: page.camera};
 const ANSWER = 40;          // milliseconds that a picture may take while the camera turns
 const PROGRESS = 250;       // milliseconds between two pictures of an unfinished trace
 const PLAYED = 240;         // approximate number of pictures when a search is played
@@ -333,8 +334,8 @@ function recall() {
     const choices = new URLSearchParams(location.hash.slice(1));
     const numbers = (name) => (choices.get(name) || "").split(",").map(Number);
     const among = (list, value, otherwise) => [...list.options].some((one) => one.value === value) ? value : otherwise;
-    element("method").value = among(element("method"), choices.get("method"), runnable[0].name);
-    element("size").value = among(element("size"), choices.get("rays"), "128");
+    element("method").value = among(element("method"), choices.get("method"), opening.name);
+    element("size").value = among(element("size"), choices.get("rays"), String(opening.test.side));
     chosen.side = Number(element("size").value);
     const [ray, eye, pass, scale] = ["ray", "eye", "pass", "heat"].map(numbers);
     element("heat").checked = choices.has("heat");
@@ -344,9 +345,11 @@ function recall() {
         && sideways(eye, page.camera);
     chosen.camera = sees ? {...page.camera, eye} : page.camera;
     if (!["schedule", "pass", "ray"].some((name) => choices.has(name))) {
-        const {ray: longest, step} = runnable.find(({name}) => name === element("method").value).costs;
-        chosen.ray = longest;
-        return [OPENS[0], step];
+        const {costs, test, schedules} = runnable.find(({name}) => name === element("method").value);
+        // The test rays are the rays of a picture of this size by the scene's camera. At the same place, another
+        // picture has another ray.
+        chosen.ray = chosen.side === test.side && chosen.camera === page.camera ? costs.ray : null;
+        return [OPENS[0], schedules.step ? costs.step : null];
     }
     return [choices.get("schedule") || OPENS[0], pass[0] >= 1 ? Math.min(Math.floor(pass[0]), MOST_TURNS) : null];
 }
