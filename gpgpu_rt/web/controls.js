@@ -328,9 +328,38 @@ function remember() {
     }
 }
 
+// What each part of the address may be.
+const UNDERSTOOD = {
+    method: (text) => runnable.some(({name}) => name === text),
+    schedule: (text, method) => Object.hasOwn(method.schedules, text),
+    rays: (text) => [...element("size").options].some(({value}) => value === text),
+    pass: (text) => Number(text) >= 1,
+    heat: (text) => text === "" || Number(text) >= 1 && Number.isFinite(Number(text)),
+    ray: (text) => isList(text, 2, (at) => at >= 0 && at <= 1),
+    eye: (text) => isList(text, 3, Number.isFinite) && sideways(text.split(",").map(Number), page.camera),
+};
+
+// Returns whether a text has `length` numbers, separated by commas, and `holds` is true for each number.
+function isList(text, length, holds) {
+    const parts = text.split(",");
+    return parts.length === length && parts.every((part) => part.trim() !== "" && holds(Number(part)));
+}
+
+// Names the parts of the address that the page cannot follow, in a line of plain text.
+function sayUnread() {
+    const choices = [...new URLSearchParams(location.hash.slice(1))];
+    const named = (choices.find(([name]) => name === "method") || [])[1];
+    const method = runnable.find(({name}) => name === named) || opening;
+    const unread = choices.filter(([name, text]) => !Object.hasOwn(UNDERSTOOD, name) || !UNDERSTOOD[name](text, method))
+        .map(([name, text]) => `${name}=${text}`).map((part) => part.length > 60 ? `${part.slice(0, 60)}...` : part);
+    element("unread").textContent = unread.length ? "The page cannot follow these parts of its address, and "
+        + `leaves them out: ${unread.join("; ")}` : "";
+}
+
 // Reads the choices from the page's address. Returns the schedule's name and the step (null for the whole search). By
 // default, the page opens in mid-search, with the ray that takes the most steps.
 function recall() {
+    sayUnread();
     const choices = new URLSearchParams(location.hash.slice(1));
     const numbers = (name) => (choices.get(name) || "").split(",").map(Number);
     const among = (list, value, otherwise) => [...list.options].some((one) => one.value === value) ? value : otherwise;
@@ -339,11 +368,10 @@ function recall() {
     chosen.side = Number(element("size").value);
     const [ray, eye, pass, scale] = ["ray", "eye", "pass", "heat"].map(numbers);
     element("heat").checked = choices.has("heat");
-    if (scale[0] >= 1 && Number.isFinite(scale[0])) chosen.scale = scale[0];
-    chosen.ray = choices.has("ray") && ray.length === 2 && ray.every((at) => at >= 0 && at <= 1) ? ray : null;
-    const sees = choices.has("eye") && eye.length === 3 && eye.every(Number.isFinite)
-        && sideways(eye, page.camera);
-    chosen.camera = sees ? {...page.camera, eye} : page.camera;
+    const understood = (name) => choices.has(name) && UNDERSTOOD[name](choices.get(name));
+    if (choices.get("heat") && understood("heat")) chosen.scale = scale[0];
+    chosen.ray = understood("ray") ? ray : null;
+    chosen.camera = understood("eye") ? {...page.camera, eye} : page.camera;
     if (!["schedule", "pass", "ray"].some((name) => choices.has(name))) {
         const {costs, test, schedules} = runnable.find(({name}) => name === element("method").value);
         // The test rays are the rays of a picture of this size by the scene's camera. At the same place, another

@@ -175,6 +175,29 @@ def test_the_address_is_followed(page: Browser) -> None:
     page.wait("chosen.method.name === 'bvh-threaded'")
 
 
+def test_a_wrong_address_is_named(page: Browser) -> None:
+    """The page names each part of the address that it cannot follow, as text without markup."""
+    shown = "element('unread').textContent"
+    assert page.run(shown) == ""
+    for right in ("method=grid2", "schedule=toString", "rays=77", "pass=abc", "pass=0", "heat=x",
+                  "ray=5,hello", "ray=0.5", "ray=,", "eye=1,2", "eye=1,x,3", "mehtod=kd-stack",
+                  "method=kd-stack&schedule=step", "<img src=x>=1"):
+        page.run(f"location.hash = '{right}'")
+        page.wait(shown)
+        assert page.run(shown).endswith(f": {right.rpartition('&')[2]}")
+        settle(page)
+        page.run("location.hash = 'method=bvh-threaded&schedule=step&rays=64&pass=7&heat=9"
+                 "&ray=0.2,0.6&eye=100,200,-900'")
+        page.wait(f"{shown} === ''")
+        settle(page)
+    page.run("location.hash = 'method=a&schedule=b&rays=c&pass=d'")
+    page.wait(shown)
+    settle(page)
+    told = page.run(shown)
+    assert told.endswith(": method=a; schedule=b; rays=c; pass=d") and "\n" not in told
+    assert page.run("[element('unread').children.length, chosen.method.name]") == [0, METHODS[0]]
+
+
 def test_an_edit_of_the_schedule_alone_is_followed(page: Browser) -> None:
     for name in ("loop", "kernels", "step"):
         page.run(f"location.hash = location.hash.replace(/schedule=[a-z]+/, 'schedule={name}')")
