@@ -11,8 +11,9 @@ const SHOWN_COLOURS = {kernel_colours: KERNEL_COLOURS.flatMap(
 const kernelColour = (phase) => KERNEL_COLOURS[Math.min(phase, KERNEL_COLOURS.length) - 1];
 
 // Returns `alive`, the numbers of rays (or packets) that are alive after 0, 1, 2, ... steps; `last`, the step after
-// which none is alive; `percentile`, the 99th percentile of the numbers of steps. A ray ends with its last step.
-function survey(schedule, states) {
+// which none is alive; `percentile`, the 99th percentile of the numbers of steps. A ray ends with its last step. A
+// packet's `steps` leave out turns such as a push or pop, so for packets `lives` has the numbers that `trace` counted.
+function survey(schedule, states, lives = []) {
     const [texel, channel] = field(schedule, "steps"), [width, height] = sizeOf.get(states[texel]);
     const values = readTexture(states[texel], width, height);
     const taken = new Float32Array(width * height).map((_, k) => values[4 * k + channel]).sort();
@@ -21,7 +22,8 @@ function survey(schedule, states) {
         while (first < taken.length && taken[first] <= step) ++first;
         alive.push(taken.length - first);
     }
-    return {alive, last: most, all: taken.length, noun: searchers(schedule),
+    const known = lives.length ? lives.slice(0, lives.indexOf(0) + 1 || lives.length) : alive;
+    return {alive: known, last: known.length - 1, all: taken.length, noun: searchers(schedule),
             percentile: Math.max(1, taken[Math.floor(0.99 * (taken.length - 1))])};
 }
 

@@ -1,7 +1,8 @@
 // The controls of a page: what the reader has chosen, the pictures, and the ray of a clicked pixel.
 
-const chosen = {method: runnable[0], schedule: null, most: null, heat: false, scale: null, side: 128, ray: null,
-                camera: page.camera};
+const opening = runnable.find(({name}) => name === page.opens) || runnable[0];
+const chosen = {method: opening, schedule: null, most: null, heat: false, scale: null, side: opening.test.side,
+                ray: null, camera: page.camera};
 const ANSWER = 40;          // milliseconds that a picture may take while the camera turns
 const PROGRESS = 250;       // milliseconds between two pictures of an unfinished trace
 const PLAYED = 240;         // approximate number of pictures when a search is played
@@ -54,9 +55,11 @@ async function draws() {
         return shows(states, step);
     };
     const paused = () => plays && !playing && reached > from;
-    const found = await trace(drawn, camera, side, side, {most: limit, stopped: () => ends() || paused(), seen});
+    const lives = [];
+    const found = await trace(drawn, camera, side, side, {most: limit, stopped: () => ends() || paused(), seen,
+                                                          lives: dragged ? null : lives});
     if (ends()) return;
-    if (stepwise && limit === MOST_TURNS && found.alive === 0 && !dragged) count(drawn, found, camera, side);
+    if (stepwise && limit === MOST_TURNS && found.alive === 0 && !dragged) count(drawn, found, lives, camera, side);
     // The reader may have paused between two shown steps, so take the reached step from the trace.
     if (plays) [playing, chosen.most] = [false, playing || found.alive === 0 ? null : found.turns];
     element("play").textContent = "play";
@@ -66,7 +69,7 @@ async function draws() {
     const took = performance.now() - began;
     costs.set(costKey(name), {side, took});
     element("counts").textContent = `${side} x ${side} rays, ${found.passes} ${found.passes === 1 ? "pass" : "passes"}`
-        + (stepwise ? `, ${found.alive} ${searchers(drawn)} alive, at most ${found.steps} steps` : "")
+        + (stepwise ? `, ${found.alive} ${searchers(drawn)} alive, at most ${found.steps} ${stepNoun(drawn)}` : "")
         + `, ${took.toFixed(0)} ms`;
     canvas.dataset.shown = Number(canvas.dataset.shown || 0) + 1;
     if (dragged) return;
@@ -79,8 +82,9 @@ async function draws() {
 // If the picture stops at a step, traces the search to its end, to count the live rays after each step.
 async function countWhole(drawn, camera, side) {
     if (presentSurvey()) return;
-    const whole = await trace(drawn, camera, side, side, {place: "count", stopped: () => wanted});
-    if (!wanted) count(drawn, whole, camera, side);
+    const lives = [];
+    const whole = await trace(drawn, camera, side, side, {place: "count", stopped: () => wanted, lives});
+    if (!wanted) count(drawn, whole, lives, camera, side);
     freeTargets("count");
 }
 
@@ -139,6 +143,10 @@ function quick() {
     return {name: names[names.length - 1], side: SIDES[SIDES.length - 1]};
 }
 
+// Returns what a state's number of steps counts. A step of the slider is a turn (passes.js). In a turn, a packet may
+// also push, pop or leave a leaf, which its number of steps does not count.
+const stepNoun = (drawn) => drawn.packets ? "visits and tests" : "steps";
+
 // The counts of a whole search ------------------------------------------------------------------------------
 
 const countKey = (camera, side) => `${chosen.method.name} ${chosen.schedule} ${side} ${camera.eye}`;
@@ -148,8 +156,8 @@ function presentSurvey() {
     return counted && counted.key === countKey(chosen.camera, chosen.side) ? counted : null;
 }
 
-function count(drawn, found, camera, side) {
-    counted = {...survey(drawn, found.states), key: countKey(camera, side)};
+function count(drawn, found, lives, camera, side) {
+    counted = {...survey(drawn, found.states, lives), key: countKey(camera, side)};
     // With several cycles, a turn (passes.js) runs one kernel, only for the rays that wait for it. So the number of
     // turns is not a ray's number of steps.
     if (drawn.cycles.length > 1) Object.assign(counted, {last: found.turns, alive: null});
@@ -215,7 +223,7 @@ function spaceAt() {
     const hits = hit && hit[3] !== NO_TRIANGLE;
     drawSpace({origin, direction: [...direction.slice(0, 3)], hits,
                end: hits ? hit[0] : far / Math.hypot(...direction.slice(0, 3))}, states, step);
-    element("space-text").textContent = stepLine(states, step, schedule().structure.boxes);
+    element("space-text").textContent = stepLine(states, step, schedule().structure);
     markKernel(states ? states[Math.min(step, states.length - 1)].kernel : "", !playing);
 }
 
@@ -256,7 +264,7 @@ function choose(name = element("schedule").value, most = null) {
     element("fields").hidden = !schedule().repeats;
     element("fields").lastChild.replaceChildren(...paragraphs(schedule().meaning));
     const passes = schedule().passes, listed = element("kernel");
-    const first = schedule().repeats ? schedule().cycles[0].turns[0].passes[0] : 1;
+    const first = schedule().repeats ? kernelPass(schedule()) : 1;
     const distinct = passes.map((pass, k) => [pass, k]).filter(
         ([{fragment}], k) => passes.findIndex((one) => one.fragment === fragment) === k);
     listed.replaceChildren(...distinct.map(([{title}, k]) => new Option(title, k)));
@@ -265,6 +273,14 @@ function choose(name = element("schedule").value, most = null) {
     showProgram();
     steps();
     return show();
+}
+
+// Returns the number of the first pass of a turn whose program defines a kernel; else of the turn's first pass.
+function kernelPass({cycles, passes, structure: {kernels}}) {
+    const turn = cycles[0].turns[0].passes;
+    const defines = (number) => marked(page.texts[passes[number].fragment].split("\n"), kernels).some(
+        (part) => typeof part !== "string");
+    return turn.find(defines) ?? turn[0];
 }
 
 // Returns an element for each text. Words between backticks become code.
@@ -312,26 +328,56 @@ function remember() {
     }
 }
 
+// What each part of the address may be.
+const UNDERSTOOD = {
+    method: (text) => runnable.some(({name}) => name === text),
+    schedule: (text, method) => Object.hasOwn(method.schedules, text),
+    rays: (text) => [...element("size").options].some(({value}) => value === text),
+    pass: (text) => Number(text) >= 1,
+    heat: (text) => text === "" || Number(text) >= 1 && Number.isFinite(Number(text)),
+    ray: (text) => isList(text, 2, (at) => at >= 0 && at <= 1),
+    eye: (text) => isList(text, 3, Number.isFinite) && sideways(text.split(",").map(Number), page.camera),
+};
+
+// Returns whether a text has `length` numbers, separated by commas, and `holds` is true for each number.
+function isList(text, length, holds) {
+    const parts = text.split(",");
+    return parts.length === length && parts.every((part) => part.trim() !== "" && holds(Number(part)));
+}
+
+// Names the parts of the address that the page cannot follow, in a line of plain text.
+function sayUnread() {
+    const choices = [...new URLSearchParams(location.hash.slice(1))];
+    const named = (choices.find(([name]) => name === "method") || [])[1];
+    const method = runnable.find(({name}) => name === named) || opening;
+    const unread = choices.filter(([name, text]) => !Object.hasOwn(UNDERSTOOD, name) || !UNDERSTOOD[name](text, method))
+        .map(([name, text]) => `${name}=${text}`).map((part) => part.length > 60 ? `${part.slice(0, 60)}...` : part);
+    element("unread").textContent = unread.length ? "The page cannot follow these parts of its address, and "
+        + `leaves them out: ${unread.join("; ")}` : "";
+}
+
 // Reads the choices from the page's address. Returns the schedule's name and the step (null for the whole search). By
 // default, the page opens in mid-search, with the ray that takes the most steps.
 function recall() {
+    sayUnread();
     const choices = new URLSearchParams(location.hash.slice(1));
     const numbers = (name) => (choices.get(name) || "").split(",").map(Number);
     const among = (list, value, otherwise) => [...list.options].some((one) => one.value === value) ? value : otherwise;
-    element("method").value = among(element("method"), choices.get("method"), runnable[0].name);
-    element("size").value = among(element("size"), choices.get("rays"), "128");
+    element("method").value = among(element("method"), choices.get("method"), opening.name);
+    element("size").value = among(element("size"), choices.get("rays"), String(opening.test.side));
     chosen.side = Number(element("size").value);
     const [ray, eye, pass, scale] = ["ray", "eye", "pass", "heat"].map(numbers);
     element("heat").checked = choices.has("heat");
-    if (scale[0] >= 1 && Number.isFinite(scale[0])) chosen.scale = scale[0];
-    chosen.ray = choices.has("ray") && ray.length === 2 && ray.every((at) => at >= 0 && at <= 1) ? ray : null;
-    const sees = choices.has("eye") && eye.length === 3 && eye.every(Number.isFinite)
-        && sideways(eye, page.camera);
-    chosen.camera = sees ? {...page.camera, eye} : page.camera;
+    const understood = (name) => choices.has(name) && UNDERSTOOD[name](choices.get(name));
+    if (choices.get("heat") && understood("heat")) chosen.scale = scale[0];
+    chosen.ray = understood("ray") ? ray : null;
+    chosen.camera = understood("eye") ? {...page.camera, eye} : page.camera;
     if (!["schedule", "pass", "ray"].some((name) => choices.has(name))) {
-        const {ray: longest, step} = runnable.find(({name}) => name === element("method").value).costs;
-        chosen.ray = longest;
-        return [OPENS[0], step];
+        const {costs, test, schedules} = runnable.find(({name}) => name === element("method").value);
+        // The test rays are the rays of a picture of this size by the scene's camera. At the same place, another
+        // picture has another ray.
+        chosen.ray = chosen.side === test.side && chosen.camera === page.camera ? costs.ray : null;
+        return [OPENS[0], schedules.step ? costs.step : null];
     }
     return [choices.get("schedule") || OPENS[0], pass[0] >= 1 ? Math.min(Math.floor(pass[0]), MOST_TURNS) : null];
 }

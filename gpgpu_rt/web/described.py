@@ -19,6 +19,7 @@ from ..gl.record import Record
 from ..gl.shader import Compilation
 from ..inspect.program_text import program_text
 from ..inspect.record_meaning import meaning
+from ..inspect.time_travel import kernels_of
 from ..rays.records import HIT
 from ..tracer import Tracer
 from ..traversal.records import STATE
@@ -57,9 +58,9 @@ class Described:
     def __init__(self, tracer: Tracer, observed: Sequence[ObservedPass], side: int,
                  tables: PageData, compiled: Sequence[Compilation]) -> None:
         self._printed = {one.fragment.text: one.fragment for one in compiled}
-        self._structure = structure_of(tracer.method)
         self._tables, self._side = tables, side
-        self._schedule, self._kernels = str(tracer.options["schedule"]), tracer.method.kernels
+        self._schedule, self._kernels = str(tracer.options["schedule"]), kernels_of(tracer)
+        self._structure = structure_of(tracer.method, self._kernels)
         declared, self._stream = _state_record(tracer)
         self._state = tracer.precision.layout(declared)
         self._meaning = [f"{name}: {text}" for name, text in
@@ -194,6 +195,7 @@ class Described:
         fields = self._state.fields if self._cycles else ()
         return {"passes": self._passes, "targets": self._targets, "once": self._once,
                 "cycles": self._cycles, "repeats": bool(self._cycles),
+                "packets": self._packets,
                 "outputs": max(one["outputs"] for one in self._passes),
                 "start": self._start,
                 "structure": self._structure,

@@ -68,7 +68,7 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
     for name in names:
         say(f"{name} on {scene.title}")
         try:
-            write_page(scene, [name], str(path / f"{name}.html"))
+            write_page(scene, [name], str(path / f"{name}.html"), index=INDEX)
             shown.append(name)
         except (OptionError, LimitError) as reason:
             # Raise the error only after the other pages and the index are written.
@@ -79,7 +79,7 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
         say(f"{twin.figure}: {', '.join(twin.methods)} on {twin.scene}")
         write_page(its_scene, list(twin.methods), str(path / twin.file),
                    title=f"{_figure_title(twin.figure)}: {its_scene.title} by "
-                         f"{', '.join(twin.methods)}", caption=twin.shows)
+                         f"{', '.join(twin.methods)}", caption=twin.shows, index=INDEX)
     maps = {name: _map(scene, name) for name in shown}
     with replacing(path / INDEX) as file:
         file.write_text(_index(scene, maps, twins, reasons), encoding="utf-8")
@@ -87,6 +87,7 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
         left_out.update(reasons)
     elif reasons:
         raise OptionError("; ".join(reasons.values()))
+    say(f"open {path / INDEX} in a browser")
     pages = *(f"{name}.html" for name in shown), *(twin.file for twin in TWINS), INDEX
     return Gallery(pages, sum((path / page).stat().st_size for page in pages))
 

@@ -31,13 +31,16 @@ SCRIPTS = ("vectors.js", "unpack.js", "player.js", "passes.js", "selftest.js", "
 OWN = {"whole": "drivers/full_screen.vert", "show": "web/show.frag", "alive": "web/alive.frag"}
 CONSTANTS = {"NO_TRIANGLE": NO_TRIANGLE, "TILE": TILE, "HEAT_COLOURS": len(RAMP)}
 SIDE = 512          # side of the canvas in pixels
+# The numbers of rays across the picture. The page opens with TEST_SIDE rays, so that its opening
+# ray is one of the test rays.
+SIZES = (TEST_SIDE, 128, 256, 512)
 MOST_WIRES = 2000   # largest number of triangles whose edges the page draws in space
 MOST_BYTES = 64 << 20
 
 
 def write_page(scene: Scene, names: list[str], path: str,
                left_out: dict[str, str] | None = None, title: str = "",
-               caption: str = "") -> list[WebMethod]:
+               caption: str = "", index: str = "") -> list[WebMethod]:
     """Write the page of a scene, and return the page's methods.
 
     Parameters
@@ -46,6 +49,7 @@ def write_page(scene: Scene, names: list[str], path: str,
         leaves such a method out
     title, caption : the page's heading, and a sentence below it. The default heading names the
         scene, and the method if there is only one
+    index : the file in the same folder that lists all pages; "" leaves the link to it out
 
     Raises
     ------
@@ -63,7 +67,7 @@ def write_page(scene: Scene, names: list[str], path: str,
             if left_out is None or len(left_out) == len(names) - 1:
                 raise
             left_out[name] = str(reason)
-    text = page_text(scene, methods, tables, title, caption)
+    text = page_text(scene, methods, tables, title, caption, index)
     if len(text) > MOST_BYTES:
         raise LimitError(f"the page would have {len(text) >> 20} MiB; choose fewer methods or a "
                          f"smaller scene (at most {MOST_BYTES >> 20} MiB)")
@@ -73,12 +77,13 @@ def write_page(scene: Scene, names: list[str], path: str,
 
 
 def page_text(scene: Scene, methods: list[WebMethod], tables: PageData, title: str = "",
-              caption: str = "") -> str:
+              caption: str = "", index: str = "") -> str:
     own = {name: tables.text(resolve(file, CONSTANTS).text) for name, file in OWN.items()}
     wires = _wires(scene, tables)
     told = {"methods": [asdict(one) for one in methods], "texts": tables.texts,
             "tables": tables.tables, "own": own, "constants": CONSTANTS,
-            "triangles": tables.triangles, "wires": wires, "heat": _plain(RAMP.ravel() / 255),
+            "opens": _opening(methods), "triangles": tables.triangles, "wires": wires,
+            "heat": _plain(RAMP.ravel() / 255),
             "camera": {name: _plain(getattr(scene.camera, name))
                        for name in ("eye", "target", "up", "fov")}}
     script = "\n".join((HERE / name).read_text() for name in SCRIPTS)
@@ -89,10 +94,22 @@ def page_text(scene: Scene, methods: list[WebMethod], tables: PageData, title: s
     description = json.dumps(told).replace("<", "\\u003c")
     one = f"{methods[0].name} on " if len(methods) == 1 else ""
     return _PAGE.format(policy=policy, title=escape(title or f"{one}{scene.title} in WebGL 2"),
+                        index=f'<p><a href="{escape(index)}">All pages</a></p>\n' if index else "",
+                        sizes="".join(map(_size_option, SIZES)),
                         caption=f'<p id="caption">{escape(caption)}</p>' if caption else "",
                         style=style, script=script, description=description, side=SIDE,
                         test_side=TEST_SIDE, costs="".join(map(_cost_row, methods)),
                         triangles=f"{len(scene.triangles):,}")
+
+
+def _opening(methods: list[WebMethod]) -> str:
+    """Return the method of the first picture. All rays of brute force end together, so its search
+    shows nothing: another method is preferred."""
+    return next((one.name for one in methods if one.name != "brute-force"), methods[0].name)
+
+
+def _size_option(size: int) -> str:
+    return f"<option{' selected' if size == TEST_SIDE else ''}>{size}</option>"
 
 
 def _cost_row(method: WebMethod) -> str:
@@ -138,20 +155,20 @@ _PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
 <meta http-equiv="Content-Security-Policy" content="{policy}">
 <title>{title}</title><style>{style}</style></head><body>
-<h1>{title}</h1>
+{index}<h1>{title}</h1>
 {caption}
 <p class="hint">{triangles} triangles. Fragment programs trace every picture on your own graphics
 card, pass by pass, as in the papers of 2002-2007. Drag a picture to turn it; click a pixel to
 follow its ray. The address keeps what you chose, so that you can share it.</p>
 <p role="alert" id="message"></p>
+<p role="status" id="unread"></p>
 <main>
 <div class="column">
 <section>
 <div class="controls">
 <label>method <select id="method"></select></label>
 <label>schedule <select id="schedule"></select></label>
-<label>rays <select id="size"><option>64</option><option selected>128</option><option>256</option>
-<option>512</option></select></label>
+<label>rays <select id="size">{sizes}</select></label>
 </div>
 <canvas id="picture" role="img" aria-label="The traced picture"
  width="{side}" height="{side}"></canvas>

@@ -9,10 +9,11 @@ const MOST_RECTANGLES = 1 << 14;
 // Draws the passes of a schedule. Returns the directions, the last states and hits, and how many passes and turns ran.
 // The texture `directions` replaces the directions of the camera's rays. `most` limits the turns. `place` names the
 // targets, so that simultaneous traces share no target. The trace ends early if `stopped()` is true.
-// `seen(states, turns)` is called after the set-up and after each turn. Throws a LostContext.
+// `seen(states, turns)` is called after the set-up and after each turn. The array `lives` receives the number of live
+// packets after the set-up and after each turn; it stays empty if the method traces no packets. Throws a LostContext.
 async function trace(schedule, camera, width, height,
                      {directions = null, most = MOST_TURNS, place = "picture", stopped = () => false,
-                      seen = null} = {}) {
+                      seen = null, lives = null} = {}) {
     const check = watched();
     await compiled(schedule.passes);
     const sampled = await Promise.all(schedule.passes.map(tablesOf));
@@ -34,6 +35,8 @@ async function trace(schedule, camera, width, height,
     first.forEach((number) => draws[number](null));
     let before = null, present = after(schedule.start), turns = 0, passes = schedule.once.length - 1;
     let cycle = cycles[0], live = null, since = performance.now();
+    const counts = lives && schedule.repeats && schedule.packets;
+    if (counts) lives.push(look(schedule, present.states, place).alive);
     if (seen) await seen(present, turns);
     check();
     while (schedule.repeats && turns < most && !stopped()) {
@@ -53,6 +56,7 @@ async function trace(schedule, camera, width, height,
             [before, present] = [present, after(turn)];
             passes += turn.passes.length;
             turns += 1;
+            if (counts) lives.push(look(schedule, present.states, place).alive);
             if (seen) {
                 await seen(present, turns);
                 check();

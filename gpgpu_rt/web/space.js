@@ -127,8 +127,8 @@ function drawSpace(ray, path, step) {
 
 const colourOf = ({fields}) => fields.phase > 0 ? kernelColour(fields.phase) : ENDED;
 
-// Returns a line of text about the path's present step. `kind` is the field `boxes` of structure.py.
-function stepLine(path, step, kind) {
+// Returns a line of text about the path's present step. `structure` is that of structure.py.
+function stepLine(path, step, structure) {
     if (!path) {
         return "The method traces packets, or it runs in a single pass: only the ray and its hit are shown. Other "
             + "methods, or another schedule, show the ray's path.";
@@ -139,10 +139,10 @@ function stepLine(path, step, kind) {
     const parts = [`step ${Math.min(step, path.length - 1)} of ${path.length - 1}`];
     parts.push(kernel ? `waits for ${kernel}` : fields.phase === 0 ? "has ended" : "was stopped");
     if (kernel && fields.cell) parts.push(`cell (${fields.cell.join(", ")})`);
-    else if (kernel && fields.node >= 0) parts.push(`node ${fields.node}`);
+    else if (kernel && structure.boxes && fields.node >= 0) parts.push(`node ${fields.node}`);
     if (kernel && interval) parts.push(`t = ${interval.map(number).join(" to ")}`);
     if (found.latest === present) parts.push(`restarts at ${nodeName(present)}`);
     if (triangle) parts.push("the triangle under test is bold");
-    const counts = kind ? `; ${visitWords(found, kind)}` : "";
+    const counts = structure.boxes ? `; ${visitWords(found, structure)}` : "";
     return `The ray: ${parts.join(", ")}${counts}.`;
 }

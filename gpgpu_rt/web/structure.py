@@ -5,6 +5,7 @@ description names fields of the state, and the places of table fields in texture
 """
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from ..gl.record import Record
@@ -14,16 +15,24 @@ from ..traversal.method import Method
 from ..traversal.records import TREE_STATE
 from ..traversal.triangle_table import REFERENCE, TRIANGLE
 
+# The methods whose rays jump from a leaf back to an ancestor. The page counts restarts only here.
+RESTARTING = ("kd-restart", "kd-push-down", "kd-short-stack")
 
-def structure_of(method: Method) -> dict[str, Any]:
+
+def structure_of(method: Method, kernels: Sequence[str]) -> dict[str, Any]:
     """Return the description of a method's structure, ready for JSON.
+
+    Parameters
+    ----------
+    kernels : the kernels for which a ray or packet can wait, in the order of phases
 
     Returns
     -------
     ``kernels`` names the kernels in the order of their phases. ``boxes`` is "cells" for a grid,
     "planes" for a kd-tree, "boxes" for nodes with boxes, and "" otherwise. ``places`` maps a field
     to (sampler, texels per record, the field's texel, swizzle). ``lags`` says whether the state
-    already names the next node while a ray tests triangles.
+    already names the next node while a ray tests triangles. ``restarts`` says whether a ray can
+    restart.
     """
     tables = {record.name: record for record in method.tables if isinstance(record, Record)}
     fields = {field.name for field in method.state.fields}
@@ -45,8 +54,9 @@ def structure_of(method: Method) -> dict[str, Any]:
         places.update(_places(TRIANGLE, "v0", "v1", "v2"))
         if REFERENCE.name in tables:
             places.update(_places(REFERENCE, "triangle"))
-    return {"kernels": list(method.kernels), "boxes": boxes, "places": places,
-            "lags": method.state.layout == TREE_STATE.layout}
+    return {"kernels": list(kernels), "boxes": boxes, "places": places,
+            "lags": method.state.layout == TREE_STATE.layout,
+            "restarts": method.name in RESTARTING}
 
 
 def _places(record: Record, *names: str) -> dict[str, tuple[str, int, int, str]]:

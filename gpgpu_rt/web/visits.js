@@ -28,9 +28,11 @@ function encloses([lo, hi], [inner, outer]) {
 
 const several = (count, noun) => `${count.toLocaleString("en")} ${noun}${count === 1 ? "" : "s"}`;
 
-function visitWords({visits, restarts, times}, kind) {
-    if (kind === "cells") return `${several(times.size, "cell")} so far`;
-    return `${several(visits, "visit")} to ${several(times.size, "node")}, ${several(restarts, "restart")} so far`;
+// Returns the counts in words. `structure` is that of structure.py; without restarts, it has no count of restarts.
+function visitWords({visits, restarts, times}, structure) {
+    if (structure.boxes === "cells") return `${several(times.size, "cell")} so far`;
+    const jumps = structure.restarts ? `, ${several(restarts, "restart")}` : "";
+    return `${several(visits, "visit")} to ${several(times.size, "node")}${jumps} so far`;
 }
 
 // Returns the name of the node where a path restarts.

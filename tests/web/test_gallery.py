@@ -53,6 +53,7 @@ def test_the_index_links_to_every_page(small, tmp_path: Path) -> None:
     for name, title, told in (("kd-restart.html", "kd-restart on ", ""),
                               ("fig11.html", "Figure 11: cornell by kd-restart", SMALL.shows)):
         page = (tmp_path / "out" / name).read_text()
+        assert re.findall('href="([^"]*)"', page) == ["index.html"]     # the way back
         heading = re.search("<h1>(.*?)</h1>\n(.*)", page)
         assert heading[1].startswith(title) and f"<title>{heading[1]}</title>" in page
         assert heading[2] == (f'<p id="caption">{told}</p>' if told else "")

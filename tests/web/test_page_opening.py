@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from devtools import Browser
 from pages import in_browser, opened, settle, written
@@ -22,16 +23,30 @@ def browser(exact_renderer) -> Iterator[Browser]:
         yield one
 
 
-@pytest.mark.parametrize("name", ["brute-force", "kd-restart", "kd-stack", "bvh-packet"])
-def test_the_step_is_in_mid_search(name: str) -> None:
-    """The opening step comes before the search ends, and the opening ray takes the most steps."""
-    scene = rt.load_scene("cornell")
-    costs = ray_costs(scene, name, 32)
-    assert 1 <= costs["step"] < costs["steps"][1] and costs["steps"][0] <= costs["steps"][1]
-    with rt.Tracer(scene, name, statistics=True) as tracer:
-        steps = tracer.trace(*scene.camera.rays((32, 32))).steps.reshape(32, 32)
-    across, down = (int(32 * at) for at in costs["ray"])
-    assert steps[down, across] == steps.max() == costs["steps"][1]
+@pytest.mark.parametrize("scene, name", [
+    ("cornell", "brute-force"), ("cornell", "kd-restart"), ("cornell", "kd-stack"),
+    ("cornell", "bvh-packet"), ("stadium", "grid")])
+def test_the_step_is_in_mid_search(scene: str, name: str) -> None:
+    """At the opening step, at least half of the hits are found, and the search goes on. If all
+    rays end together, the page opens with the finished picture. The opening ray takes the most
+    steps, and hits if a ray with as many steps hits."""
+    found = rt.load_scene(scene)
+    costs = ray_costs(found, name, 32)
+    with rt.Tracer(found, name, statistics=True) as tracer:
+        hits = tracer.trace(*found.camera.rays((32, 32)))
+    ray = int(32 * costs["ray"][1]) * 32 + int(32 * costs["ray"][0])
+    assert hits.steps[ray] == hits.steps.max() == costs["steps"][1] >= costs["steps"][0]
+    assert hits.hit[ray] == hits.hit[hits.steps == hits.steps.max()].any()
+    if name == "brute-force":
+        assert costs["step"] is None
+    elif name != "bvh-packet":      # a step of the slider is a step of a ray
+        assert 1 <= costs["step"] < costs["steps"][1]
+        assert 0.5 <= np.mean(hits.steps[hits.hit] <= costs["step"]) < 1
+
+
+def test_a_scene_without_hits_opens_with_the_finished_picture() -> None:
+    scene = rt.Scene.from_arrays([[0, 0, 0], [0, 0, 0], [0, 0, 0]], [[0, 1, 2]], name="a point")
+    assert ray_costs(scene, "kd-restart", 8)["step"] is None
 
 
 @in_browser
@@ -49,6 +64,7 @@ def test_a_page_opens_in_mid_search(browser: Browser, tmp_path: Path) -> None:
     assert browser.run("[chosen.schedule, chosen.most, result.turns, playing, early]") == [
         "step", costs["step"], costs["step"], False, True]
     assert 0 < browser.run("result.alive") < 64 * 64
+    assert browser.run("element('unread').textContent") == ""
     assert browser.run("[path.states.length - 1, counted.last]") == [costs["steps"][1]] * 2
     assert browser.run("!element('steps').hidden && space.dataset.boxes > 3")
     browser.run("location.hash = 'method=kd-stack'")
@@ -59,6 +75,56 @@ def test_a_page_opens_in_mid_search(browser: Browser, tmp_path: Path) -> None:
     browser.wait("chosen.method.name === 'kd-restart'")
     settle(browser)
     assert browser.run("[chosen.schedule, chosen.most, result.alive]") == ["step", None, 0]
+
+
+OPENED = ("brute-force", "kd-restart", "grid", "bvh-threaded", "bvh-packet", "kd-packet",
+          "kd-ropes-packet", "bvh-stack")
+
+
+@in_browser
+def test_the_opening_ray_has_the_most_steps_of_the_table(browser: Browser,
+                                                         tmp_path: Path) -> None:
+    """Without `rays` in the address, the page has 64 rays across, so its opening ray is a test
+    ray. Another number of rays or another camera has other rays, and the page opens without a
+    ray."""
+    scene, text = rt.load_scene("cornell"), written(OPENED)
+    opened(browser, tmp_path, text)
+    assert browser.run("chosen.method.name") == "kd-restart"    # brute-force shows no search
+    for name in OPENED[:4]:
+        browser.run(f"location.hash = 'method={name}'")
+        browser.wait(f"chosen.method.name === '{name}'")
+        settle(browser)
+        costs = ray_costs(scene, name, 64)
+        assert browser.run("[result.side, path.states.length - 1, chosen.most]") == [
+            64, costs["steps"][1], costs["step"]]
+    for other in ("rays=128", "eye=100,200,-900"):
+        browser.run(f"location.hash = 'method=kd-restart&{other}'")
+        browser.wait("chosen.method.name === 'kd-restart' && location.hash.includes('pass')"
+                     f" && location.hash.includes('{other}')")
+        settle(browser)
+        assert browser.run("[chosen.ray, chosen.most === null]") == [None, False]
+
+
+@in_browser
+@pytest.mark.parametrize("name", OPENED[4:])
+def test_packets_open_after_half_of_the_hits(browser: Browser, tmp_path: Path, name: str) -> None:
+    """The host counts the same turns of packets as the page."""
+    opened(browser, tmp_path, written(OPENED), f"method={name}")
+    costs = ray_costs(rt.load_scene("cornell"), name, 64)
+    assert browser.run("[chosen.most, result.turns]") == [costs["step"]] * 2
+    found = """(async (most) => {
+        const {hit, states} = await trace(schedule(), chosen.camera, 64, 64, {most, place: "all"});
+        const [texel, channel] = field(schedule(), "phase"), [width, height] = sizeOf.get(
+            states[texel]);
+        const phases = readTexture(states[texel], width, height), hits = readTexture(hit, 64, 64);
+        return [...Array(64 * 64).keys()].filter((k) => {
+            const [x, y] = [k % 64 * width / 64, Math.floor(k / 64) * height / 64].map(Math.floor);
+            return hits[4 * k + 3] !== NO_TRIANGLE && phases[4 * (y * width + x) + channel] <= 0;
+        }).length;
+    })"""
+    before, at, whole = (browser.run(f"{found}({most})") for most in (
+        costs["step"] - 1, costs["step"], 60000))
+    assert before < 0.5 * whole <= at < whole
 
 
 def test_the_table_compares_the_methods() -> None:
