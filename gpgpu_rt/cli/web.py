@@ -8,7 +8,7 @@ from ..disk.files import check_writable
 from ..scene.loading import load_scene
 from ..text_format import counted
 from ..web.export import web_names
-from ..web.gallery import write_gallery
+from ..web.gallery import INDEX, write_gallery
 from ..web.page import write_page
 from .shared import Command, add_methods, print_json, print_stand_in, say
 
@@ -30,7 +30,8 @@ def _web(chosen: argparse.Namespace) -> None:
     names = web_names(None if every else named)
     lenient = left_out if every else None      # None: a method that cannot run is an error
     scene = load_scene(chosen.scene)
-    if not chosen.output.lower().endswith((".html", ".htm")):
+    folder = not chosen.output.lower().endswith((".html", ".htm"))
+    if folder:
         made = write_gallery(scene, names, chosen.output, lenient, say)
         written, size = made.pages, made.bytes
     else:
@@ -46,3 +47,5 @@ def _web(chosen: argparse.Namespace) -> None:
           f"{counted(len(written), 'page')}, {size / 1e6:.1f} MB")
     for reason in left_out.values():
         print(f"left out: {reason}")
+    if folder:
+        print(f"open {Path(chosen.output) / INDEX} in a browser")

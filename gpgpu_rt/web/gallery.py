@@ -87,7 +87,6 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
         left_out.update(reasons)
     elif reasons:
         raise OptionError("; ".join(reasons.values()))
-    say(f"open {path / INDEX} in a browser")
     pages = *(f"{name}.html" for name in shown), *(twin.file for twin in TWINS), INDEX
     return Gallery(pages, sum((path / page).stat().st_size for page in pages))
 

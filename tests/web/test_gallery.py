@@ -42,6 +42,12 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gallery, "TWINS", (SMALL,))
 
 
+def test_the_command_names_the_file_to_open(small, tmp_path: Path, capsys) -> None:
+    assert main(["web", "cornell", "-m", "grid", "-o", str(tmp_path / "out")]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == (
+        f"open {tmp_path / 'out' / 'index.html'} in a browser")
+
+
 def test_the_index_links_to_every_page(small, tmp_path: Path) -> None:
     scene = rt.Scene.from_arrays([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]],
                                  name="</h1><script>alert(1)</script>")
