@@ -59,14 +59,14 @@ vec3 plane_normal(int i, bvec2 axes, out bvec2 apex) {
     return permuted(axes, R_cross(apex.x ? e1 : e0, apex.x || apex.y ? e2 : e1));
 }
 
-// Return the t of the plane through `point`, clamped to the range of the corners' t (`depths`). If the
-// plane contains the ray's direction, the result is an end of the range.
+// Return the t of the plane through `point`, clamped to the range of the corners' t (`depths`). The
+// division comes first, so that no number is a product of three lengths.
 float plane_distance(Ray ray, vec3 normal, vec3 point, vec3 depths) {
-    // Divide first, so that no number is a product of three lengths.
     float inverse = R(1.0 / R_dot(permute(ray, ray.direction), normal));
     PRECISE float t = R_dot(point, R(normal * inverse));
     float nearest = min(min(depths.x, depths.y), depths.z);
-    return t > nearest ? min(t, largest(depths)) : nearest;   // nearest, if t is not a number
+    float furthest = largest(depths);
+    return t > nearest ? (t < furthest ? t : furthest) : nearest;   // nearest, if t is not a number
 }
 
 // Test triangle i. The corners are relative to the origin. Corners and normal have permuted axes.

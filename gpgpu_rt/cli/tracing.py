@@ -120,7 +120,7 @@ def _render(chosen: argparse.Namespace) -> None:
             image.save(path)
         _report(chosen, tracer, f"wrote {chosen.output}" + (
             " with the samples drawn before the interrupt" if interrupted else ""), plan,
-            card_time(), timings if chosen.timings else None)
+            ({}, []) if interrupted else card_time(), timings if chosen.timings else None)
         if interrupted:
             raise KeyboardInterrupt
 

@@ -25,6 +25,9 @@ from .trace import KernelTrace, record_trace
 TILE, TILES = 48, 2
 # Without packets: the program that writes a call's rays, and the kernel of the next pass.
 RAYS, INIT = "era/rays.frag", "init"
+# Without packets, only shares follow from the kept rays, so a few calls of each kind (any hit or
+# nearest hit) are enough.
+MOST_CALLS = 8
 ANY_HIT = "#define ANY_HIT\n"     # in the fragment text of programs that stop at the first hit
 
 
@@ -45,7 +48,7 @@ class KeptCall:
         trace = stepper.occluded if self.any_hit else stepper.trace
         return record_trace(stepper, shape, lambda: trace(
             flat[:, 0, :3], flat[:, 1, :3], t_min=flat[:, 0, 3], t_max=flat[:, 1, 3],
-            shape=shape), fields)
+            shape=shape, invalid="miss"), fields)
 
 
 class KeptRays(Observer):
@@ -54,6 +57,7 @@ class KeptRays(Observer):
     def __init__(self, tracer: Tracer) -> None:
         self.tracer = tracer
         self.calls: list[KeptCall] = []
+        self.kinds: set[bool] = set()   # whether calls were any-hit queries
         self._written: tuple[moderngl.Texture, ...] = ()    # the outputs of RAYS
 
     def passed(self, one: ObservedPass) -> None:
@@ -61,6 +65,11 @@ class KeptRays(Observer):
         if one.name == RAYS:
             self._written = one.outputs
         if one.kernel != (LOOP if packets else INIT):
+            return
+        any_hit = ANY_HIT in one.texts[1]
+        self.kinds.add(any_hit)
+        if not packets and (len(self.tracer.method.kernels) == 1
+                            or sum(kept.any_hit == any_hit for kept in self.calls) == MOST_CALLS):
             return
         across, down = packet_of(self.tracer.options) if packets else (1, 1)
         group = GROUPS[str(self.tracer.options["era"]).upper()] if packets else QUAD
@@ -71,7 +80,7 @@ class KeptRays(Observer):
         texels = np.stack([read_texture(texture) for texture in textures], axis=2)
         height, width = texels.shape[:2]
         rows, columns = _sampled(height, down, group[0]), _sampled(width, across, group[1])
-        self.calls.append(KeptCall(ANY_HIT in one.texts[1], texels[rows][:, columns],
+        self.calls.append(KeptCall(any_hit, texels[rows][:, columns],
                                    len(rows) * len(columns) / (height * width), height * width))
 
     @property

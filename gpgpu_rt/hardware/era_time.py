@@ -45,9 +45,8 @@ class EraTime:
     @property
     def rays(self) -> tuple[str, ...]:
         """The kinds of rays that were traced, in words."""
-        kinds = {one.any_hit for one in self.kept.calls}
-        return tuple(name for any_hit, name in ((False, "eye rays and other nearest-hit rays"),
-                                                (True, "shadow rays")) if any_hit in kinds)
+        words = {False: "eye rays and other nearest-hit rays", True: "shadow rays"}
+        return tuple(words[any_hit] for any_hit in sorted(self.kept.kinds))
 
     @property
     def refusals(self) -> list[Refusal]:

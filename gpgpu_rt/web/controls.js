@@ -55,9 +55,10 @@ async function draws() {
         return shows(states, step);
     };
     const paused = () => plays && !playing && reached > from;
-    const lives = [];
+    // Counting live packets reads a texture back after every turn, so count only where `count` needs the numbers.
+    const lives = [], whole = limit === MOST_TURNS && drawn.cycles.length === 1 && !dragged;
     const found = await trace(drawn, camera, side, side, {most: limit, stopped: () => ends() || paused(), seen,
-                                                          lives: dragged ? null : lives});
+                                                          lives: whole ? lives : null});
     if (ends()) return;
     if (stepwise && limit === MOST_TURNS && found.alive === 0 && !dragged) count(drawn, found, lives, camera, side);
     // The reader may have paused between two shown steps, so take the reached step from the trace.
@@ -83,7 +84,8 @@ async function draws() {
 async function countWhole(drawn, camera, side) {
     if (presentSurvey()) return;
     const lives = [];
-    const whole = await trace(drawn, camera, side, side, {place: "count", stopped: () => wanted, lives});
+    const whole = await trace(drawn, camera, side, side, {place: "count", stopped: () => wanted,
+                                                          lives: drawn.cycles.length === 1 ? lives : null});
     if (!wanted) count(drawn, whole, lives, camera, side);
     freeTargets("count");
 }

@@ -37,7 +37,7 @@ FAULTS: dict[str, tuple[str, dict, list[tuple[str, str, str]]]] = {
                                               "abs(det) > 1e-8")]),
     "NaN passes": ("brute-force", {}, [
         (WATERTIGHT, " && abs(det) >= LEAST_NORMAL", ""),
-        (WATERTIGHT, "return t > nearest ? min(t, largest(depths)) : nearest;", "return t;"),
+        (WATERTIGHT, "return t > nearest ? (t < furthest ? t : furthest) : nearest;", "return t;"),
         (TRIANGLE, AHEAD, "bool ahead = !(t < ray.t_min);"),
         (TRIANGLE, NEARER, "!(t >= hit.t)")]),
     "t from depths": ("brute-force", {}, [
