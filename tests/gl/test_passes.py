@@ -84,7 +84,8 @@ def test_fragments_are_those_of_the_hosts_own_query(gpu: Gpu, doubled) -> None:
         kept = doubled.count(framebuffer, {"values": texture}, statistics)
         doubled.draw(framebuffer, {"values": texture})
     assert seen == [one.fragments for one in passes] == [kept, 11] == [11, 11]
-    assert [one.primitives for one in passes] == [1, 1]
+    drawn = 0 if "softpipe" in gpu.renderer else 1      # softpipe counts no primitives
+    assert [one.primitives for one in passes] == [drawn, drawn]
 
 
 def test_release_takes_whatever_parts_are_kept_in(gpu: Gpu) -> None:
