@@ -102,7 +102,7 @@ def beyond_index(scene: str, label: str) -> bool:
     method, options = FORMATS[label]
     if dict(options).get("era") != "r420":
         return False
-    return era_texels([method], scene)[method] > find_card("R420").exact_integers
+    return era_texels([method], scene, **dict(options))[method] > find_card("R420").exact_integers
 
 
 def _picture(scene: str, result: dict[str, Any], size: int) -> np.ndarray:

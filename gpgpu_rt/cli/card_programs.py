@@ -11,7 +11,7 @@ from ..hardware.static_costs import (
     COMPILERS, StaticCost, compiled_costs, era_programs, packet_methods, static_cost
 )
 from ..methods import find_method
-from .era_words import NV30, check_era_form
+from .era_messages import NV30, check_era_form
 
 # Each row: an attribute of StaticCost, its label, and the attribute of Card that limits it, or "".
 _ROWS = (("arithmetic", "arithmetic instructions", ""),
@@ -27,7 +27,7 @@ _SLOTS = ("instruction slots: an instruction occupies two, one for a vector and 
           "operation, even if a slot stays empty")
 
 
-def card_word(text: str) -> str:
+def chip_of(text: str) -> str:
     """Return the chip that ``program --card`` names, in lower case."""
     chip = text.lower()
     if chip == "nv30":
@@ -51,9 +51,10 @@ def card_costs(method: str, card: str, options: dict[str, Any], only: str | None
     compiled_costs(card)    # raises an error that names the known cards
     check_era_form(method)
     row = find_method(method)
-    looped = row.era_packets is not None
-    if row.era_packets is not None:
-        implied = row.era_packets.implied(row.options)
+    packets = row.era_packets
+    looped = packets is not None
+    if packets is not None:
+        implied = packets.implied(row.options)
         options = {**{o.name: implied[o.name] for o in row.options if o.name in implied},
                    **options}
     names = [only] if only else [

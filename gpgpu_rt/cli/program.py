@@ -13,7 +13,7 @@ from ..inspect.traced_programs import (
 from ..methods import file_of, find_method
 from ..options import TRACER_OPTIONS
 from ..text_format import counted
-from .card_programs import card_costs, card_text, card_word, check_alone
+from .card_programs import card_costs, card_text, check_alone, chip_of
 from .shared import Command, add_options, options_for, print_json, print_table, say
 
 PACKAGE = Path(__file__).parents[1]
@@ -32,7 +32,7 @@ def add_commands(command: Command) -> None:
     which.add_argument("--only", metavar="NAME", help="print only the program of this name, for "
                        "example the kernel down under the schedule kernels")
     sub.add_argument("-o", "--output", metavar="FILE", help="write the text to a file")
-    sub.add_argument("--card", metavar="CHIP", type=card_word, help="print the kernels as "
+    sub.add_argument("--card", metavar="CHIP", type=chip_of, help="print the kernels as "
                      "compiled by Mesa's driver for this chip: counts, limits and the compiled "
                      "program; with --list, only counts and limits. CHIP is "
                      + ", ".join(COMPILERS))

@@ -13,7 +13,7 @@ from ..errors import OptionError
 from ..methods import find_method, methods
 from ..options import TRACER_OPTIONS, TRUTH, Option
 from ..scene.scene import Scene
-from .era_words import check_era, check_era_form
+from .era_messages import check_era, check_era_form
 from .help import OwnedOptions, Variants, escaped, help_of, variants
 from .parser import Parser
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 
 from ..errors import OptionError
 from ..gl.pass_log import PassLog, logged
@@ -48,7 +49,7 @@ class EraTime:
         words = {False: "eye rays and other nearest-hit rays", True: "shadow rays"}
         return tuple(words[any_hit] for any_hit in sorted(self.kept.kinds))
 
-    @property
+    @cached_property
     def refusals(self) -> list[Refusal]:
         """Why the card could not have run the kernels; empty if it could."""
         method = self.tracer.method.name

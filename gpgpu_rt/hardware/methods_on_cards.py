@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from ..gl.observation import ObservedPass, Observer
 from ..methods import find_method, methods
@@ -77,18 +78,19 @@ def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
     return needs
 
 
-def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell"
-               ) -> dict[str, int]:
+def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell",
+               **options: Any) -> dict[str, int]:
     """Return method -> number of texels of its largest table, for methods with an era form.
 
     Parameters
     ----------
     names : methods; None for all methods
     scene_name : the scene whose tables must fit
+    options : options of the methods; by default, the chip is NV40
     """
     found, scene = {}, load_scene(scene_name)
     for name in names or [row.name for row in methods() if not row.why_no_era_form()]:
-        with Tracer(scene, name, era="nv40") as tracer:
+        with Tracer(scene, name, **{"era": "nv40", **options}) as tracer:
             found[name] = max(texture.width * texture.height
                               for texture in tracer.session.tables.samplers().values())
     return found

@@ -134,6 +134,7 @@ class Method:
         file.
     no_era_form : why the kernels do not compile in the era dialect (traversal/era.py), or empty.
     stack, packet, dynamic : Columns of the survey's Table 1.
+    restarts : Whether a ray may jump from a leaf back to an ancestor. A page counts such jumps.
     """
 
     name: str
@@ -161,6 +162,7 @@ class Method:
     stack: bool = False
     packet: bool = False
     dynamic: bool = False
+    restarts: bool = False
     fixed_defines: Mapping[str, object] = field(default_factory=dict)
     no_era_form: str = ""
 

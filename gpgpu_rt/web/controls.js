@@ -354,8 +354,8 @@ function sayUnread() {
     const method = runnable.find(({name}) => name === named) || opening;
     const unread = choices.filter(([name, text]) => !Object.hasOwn(UNDERSTOOD, name) || !UNDERSTOOD[name](text, method))
         .map(([name, text]) => `${name}=${text}`).map((part) => part.length > 60 ? `${part.slice(0, 60)}...` : part);
-    element("unread").textContent = unread.length ? "The page cannot follow these parts of its address, and "
-        + `leaves them out: ${unread.join("; ")}` : "";
+    element("unread").textContent = unread.length ? `The page cannot follow these parts of its address: ${
+        unread.join("; ")}` : "";
 }
 
 // Reads the choices from the page's address. Returns the schedule's name and the step (null for the whole search). By

@@ -15,9 +15,6 @@ from ..traversal.method import Method
 from ..traversal.records import TREE_STATE
 from ..traversal.triangle_table import REFERENCE, TRIANGLE
 
-# The methods whose rays jump from a leaf back to an ancestor. The page counts restarts only here.
-RESTARTING = ("kd-restart", "kd-push-down", "kd-short-stack")
-
 
 def structure_of(method: Method, kernels: Sequence[str]) -> dict[str, Any]:
     """Return the description of a method's structure, ready for JSON.
@@ -56,7 +53,7 @@ def structure_of(method: Method, kernels: Sequence[str]) -> dict[str, Any]:
             places.update(_places(REFERENCE, "triangle"))
     return {"kernels": list(kernels), "boxes": boxes, "places": places,
             "lags": method.state.layout == TREE_STATE.layout,
-            "restarts": method.name in RESTARTING}
+            "restarts": method.restarts}
 
 
 def _places(record: Record, *names: str) -> dict[str, tuple[str, int, int, str]]:

@@ -11,6 +11,7 @@ import trimesh
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli
+from gpgpu_rt.hardware import era_rays
 from gpgpu_rt.hardware.era_time import era_timed
 from gpgpu_rt.hardware.issue import issued_in_passes
 from gpgpu_rt.hardware.machine_model import stream_fetches, time_of_passes
@@ -174,6 +175,26 @@ def test_waiting_lanes_and_time_are_those_of_the_whole_trace() -> None:
     for name in ("arithmetic", "texture", "waiting lanes"):
         assert time.parts[name] == pytest.approx(whole.parts[name], rel=0.02)
     assert time.seconds == pytest.approx(whole.seconds, rel=0.05)
+
+
+def test_tiles_of_an_image_stand_for_all_its_rays(monkeypatch) -> None:
+    """Two calls of different size, of which only tiles are traced again, get nearly the time that
+    they get if all their rays are traced again."""
+    scene = rt.load_scene("cornell")
+    times = []
+    for tile in (era_rays.TILE, 8):
+        monkeypatch.setattr(era_rays, "TILE", tile)
+        with rt.Tracer(scene, "kd-restart", era="nv40") as tracer:
+            with era_timed(tracer) as seen:
+                for side in (64, 96):
+                    tracer.trace(*scene.camera.rays((side, side)))
+            times.append(seen.on_card()[1])
+            shares = [one.share for one in seen.kept.calls]
+    assert shares[0] == 1 / 16 and shares[1] == 1 / 36
+    whole, tiled = times
+    for name in ("arithmetic", "texture", "waiting lanes"):
+        assert tiled.parts[name] == pytest.approx(whole.parts[name], rel=0.25)
+    assert tiled.seconds == pytest.approx(whole.seconds, rel=0.1)
 
 
 def test_a_time_names_its_form_and_its_rays(capsys, tmp_path) -> None:

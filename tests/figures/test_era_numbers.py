@@ -7,7 +7,11 @@ from gpgpu_rt.hardware import methods_on_cards
 
 def test_rows_beyond_the_index_of_fp24_are_marked(monkeypatch) -> None:
     for texels, beyond in ((131_072, False), (131_073, True)):
-        monkeypatch.setattr(era_numbers, "era_texels", lambda names, scene: {names[0]: texels})
+        def measured(names: list[str], scene: str, *, era: str, texels: int = texels
+                     ) -> dict[str, int]:
+            assert era == "r420"    # the row's own option
+            return {names[0]: texels}
+        monkeypatch.setattr(era_numbers, "era_texels", measured)
         assert era_numbers.beyond_index("cornell", "grid, fp24") == beyond
         assert not era_numbers.beyond_index("cornell", "bvh-threaded, fp32")
         assert not era_numbers.beyond_index("cornell", "Ray Engine, R200")

@@ -236,18 +236,19 @@ def _entering_row(name: str, summary: str, citation: str, state: Record = KD_STA
 FAMILY = "kd-tree"
 ROWS = (
     _entering_row("kd-restart", "traverses a kd-tree and restarts at the root after each leaf",
-                  "Foley and Sugerman 2005"),
+                  "Foley and Sugerman 2005", restarts=True),
     _row("kd-backtrack", "traverses a kd-tree and climbs the parents after each leaf",
          "Foley and Sugerman 2005", ("climb",), tables=(KD_BOUNDS,), prepare=_prepare_bounds),
     _entering_row("kd-push-down",
                   "restarts as kd-restart, but at the last node that contains the rest of the "
-                  "ray's interval", "Horn et al. 2007", state=KD_PUSH_DOWN_STATE),
+                  "ray's interval", "Horn et al. 2007", state=KD_PUSH_DOWN_STATE, restarts=True),
     _entering_row(
         "kd-short-stack", "works as kd-push-down, with a stack of a few far children",
         "Horn et al. 2007", state=KD_SHORT_STACK_STATE,
         options=(Option("stack_size", 3, "number of stack entries", int, choices=(1, 2, 3, 4),
                         define="STACK_SIZE",
-                        label="stack entries"), _PUSH_DOWN), form=_short_stack, stack=True),
+                        label="stack entries"), _PUSH_DOWN), form=_short_stack, stack=True,
+        restarts=True),
     _entering_row("kd-stack", "traverses a kd-tree with a full stack per ray, in a local array",
                   "Budge et al. 2008", options=(_FULL_STACK,), prepare=_prepare_stack,
                   schedules=("loop",), stack=True, own_array=lambda options: True),
