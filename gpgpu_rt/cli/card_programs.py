@@ -21,8 +21,8 @@ _ROWS = (("arithmetic", "arithmetic instructions", ""),
          ("levels", "levels of indirection", "dependent_reads"),
          ("registers", "registers", ""), ("targets", "render targets", "render_targets"),
          ("cycles", "clocks, as the driver estimates", ""))
-_NOTES = {"nv40": "NVIDIA's own compiler probably needed fewer instructions (docs/era.md, How to "
-          "read the counts)"}
+_NOTES = {"nv40": "NVIDIA's own compiler probably needed fewer instructions (docs/"
+          "compiled-kernels.md, How to read the counts)"}
 _SLOTS = ("instruction slots: an instruction occupies two, one for a vector and one for a scalar "
           "operation, even if a slot stays empty")
 

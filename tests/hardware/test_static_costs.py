@@ -18,6 +18,7 @@ from gpgpu_rt.options import ERA_TARGETS
 from gpgpu_rt.traversal.era_packets import LOOP
 
 NAMES = era_methods()
+PAGE = Path(__file__).parents[2] / "docs" / "compiled-kernels.md"
 KERNELS = [(name, program.kernel) for name in NAMES for program in era_programs(name)]
 
 
@@ -119,9 +120,9 @@ def test_what_was_not_compiled_is_refused() -> None:
 
 
 def test_the_page_has_these_counts() -> None:
-    """Each row of docs/era.md gives a method, a kernel, and instructions + fetches for each of
+    """Each row of docs/compiled-kernels.md gives a method, a kernel, and instructions + fetches for each of
     four cards."""
-    page = (Path(__file__).parents[2] / "docs" / "era.md").read_text()
+    page = PAGE.read_text()
     rows = re.findall(r"^\| `([\w-]+)` \| `(\w+)` \| (.*) \|$", page, re.M)
     assert {(method, kernel) for method, kernel, _ in rows} >= {
         (method, kernel) for method, kernel in KERNELS
@@ -132,7 +133,7 @@ def test_the_page_has_these_counts() -> None:
 
 
 def test_the_page_has_the_counts_of_loops() -> None:
-    page = " ".join((Path(__file__).parents[2] / "docs" / "era.md").read_text().split())
+    page = " ".join(PAGE.read_text().split())
     counts = re.search(r"then takes (\d+), (\d+) and (\d+) instructions .* `traverse` of "
                        r"`bvh-threaded` takes (\d+), (\d+) and (\d+)\.", page)
     assert counts is not None
@@ -143,8 +144,8 @@ def test_the_page_has_the_counts_of_loops() -> None:
 
 
 def test_the_page_has_the_counts_of_packets() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "era.md").read_text()
-    page = page.partition("### Packets in a loop")[2]
+    page = PAGE.read_text()
+    page = page.partition("## Packets in a loop")[2]
     rows = re.findall(r"^\| `(\w+)` \| [^`|]+ \| (.*) \|$", page, re.M)
     names = [one.kernel for one in era_programs("kd-packet", in_loop=True, **PACKETS[2][1])]
     assert sorted(name for name, _ in rows) == sorted(names)
