@@ -3,9 +3,9 @@
 Names, arguments, shapes and the order of returned arrays are as in ``trimesh.ray``. Differences:
 
 * Hits are sorted by ray, then by (t, triangle), and include all hits on coincident triangles.
-* Intersection is computed in float32, which is too coarse far from the origin. A mesh farther from
-  the origin than its size is therefore moved to the origin in float64. The positions of hits are
-  computed in float64.
+* float32 decides which triangles a ray hits, and their order. It is too coarse far from the
+  origin: a mesh farther from the origin than its size is therefore moved to the origin in float64.
+  The position of a hit is computed in float64, from the mesh and the rays as given.
 * A place is a point where a ray passes through the mesh; a place at an edge or a vertex has
   several triangles. ``intersects_location`` returns each place once, with its first triangle.
   ``intersects_id`` returns all triangles of a place, as trimesh's own engine does. With
@@ -24,8 +24,8 @@ from trimesh.ray.ray_util import contains_points
 
 from .errors import Error, OptionError
 from .methods import find_method
-from .numerics.error_bounds import FLOAT32, FLOAT64, bound_pairs
-from .scene.scene import Scene
+from .numerics.places import exact_t, first_hits_of_places
+from .scene.scene import Scene, check_vertices
 from .session.all_hits import AllHits
 from .tracer import AUTO, DEFAULT_METHOD, Tracer
 
@@ -48,8 +48,9 @@ class RayMeshIntersector:
     Raises
     ------
     OptionError
-        for a mesh that is not a trimesh.Trimesh, or an unknown method or option; queries raise
-        ``Tracer``'s errors
+        for a mesh that is not a trimesh.Trimesh, or an unknown method or option
+    SceneError
+        for a face's vertex that is not finite in float32. Queries raise ``Tracer``'s errors
     """
 
     def __init__(self, mesh: trimesh.Trimesh, method: str = DEFAULT_METHOD, *,
@@ -59,6 +60,7 @@ class RayMeshIntersector:
                               f"give it {_advice(mesh)}")
         if method != AUTO:    # report a wrong option now, not at the first query
             find_method(method).resolved(options)
+        check_vertices(_near_origin(mesh)[0], "mesh")
         self.mesh = mesh
         self.method, self.options, self.coincident = method, options, coincident
         self._forget()
@@ -96,10 +98,9 @@ class RayMeshIntersector:
                             ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the places where rays hit the mesh, each place once.
 
-        Two hits of a ray, for example at an edge, belong to the same place if their t are equal
-        within the float32 error bounds of ``numerics/error_bounds.py``. They belong to two places
-        if float64 proves that the ray hits both triangles at different t. Thus the two sides of a
-        thin sheet, seen from afar, are two places.
+        Two hits of a ray belong to the same place, for example at an edge, if neither float32 nor
+        float64 can separate them (`numerics/places.py`). Thus the two sides of a thin sheet, seen
+        from afar, are two places.
 
         Parameters
         ----------
@@ -174,23 +175,17 @@ class RayMeshIntersector:
         with self._lock:
             origins, directions, tracer = self._prepared(origins, directions)
             hits = tracer.trace_all(origins, directions, invalid="miss", max_hits=most)
-            triangles, moved = tracer.scene.triangles[hits.triangle], self._moved
+            rounded, moved = tracer.scene.triangles[hits.triangle], self._moved
+            corners = np.asarray(self.mesh.vertices)[self.mesh.faces[hits.triangle]] - moved
         _check_status(hits.status)
         if not locate:
             return hits, np.zeros(0, np.int64), np.zeros((0, 3))
         origins, directions = origins[hits.ray], directions[hits.ray]
         with np.errstate(over="ignore"):
-            pairs = (triangles, origins.astype(np.float32), directions.astype(np.float32))
-            bounds, sharp = (bound_pairs(*pairs, arithmetic) for arithmetic in (FLOAT32, FLOAT64))
-        # Intersect the triangle's plane in float64, within float32's error bound around the traced
-        # t. Without this bound, a ray nearly in the plane would get an arbitrary t.
-        t = hits.t.astype(np.float64)
-        reach = np.where(np.isfinite(bounds.t_bound), bounds.t_bound, 0)
-        exact = np.where(np.isfinite(bounds.t), bounds.t, t)
-        exact = np.clip(exact, t - reach, t + reach)
-        blurred = np.cumsum(_begins(hits.ray, t, reach))
-        places = _places(blurred, exact, np.where(sharp.possible, sharp.t_bound, np.inf))
-        return hits, places, origins + exact[:, None] * directions + moved
+            places = first_hits_of_places(hits.ray, hits.t, rounded, origins.astype(np.float32),
+                                          directions.astype(np.float32))
+        t = exact_t(corners, origins, directions)
+        return hits, places, origins + t[:, None] * directions + moved
 
     def _prepared(self, origins: np.ndarray, directions: np.ndarray
                   ) -> tuple[np.ndarray, np.ndarray, Tracer]:
@@ -217,9 +212,7 @@ class RayMeshIntersector:
         shape, faces = hash(self.mesh), hash(self.mesh.faces)
         if self._tracer is not None and shape == self._shape:
             return self._tracer
-        vertices = np.asarray(self.mesh.vertices, np.float64)
-        self._moved = _far_centre(vertices)
-        vertices = vertices - self._moved
+        vertices, self._moved = _near_origin(self.mesh)
         if self._tracer is not None and faces == self._faces:
             self._tracer.update(vertices)
         else:
@@ -294,53 +287,24 @@ def _rays_array(given: Any, name: str) -> np.ndarray:
     return rays
 
 
-def _far_centre(vertices: np.ndarray) -> np.ndarray:
-    """Return the vector to subtract from (v, 3) vertices to move them near the origin, (3,)
-    float64.
+def _near_origin(mesh: trimesh.Trimesh) -> tuple[np.ndarray, np.ndarray]:
+    """Return a mesh's vertices moved near the origin, (v, 3) float64, and the vector that was
+    subtracted, (3,) float64.
 
     Along each axis, the vector is the mesh's centre if the centre is farther from 0 than the
     largest side of the mesh's box: float32 would round such vertices coarsely. Otherwise it is 0.
+    A vertex without a face does not count: another vertex replaces it.
     """
+    vertices, faces = np.array(mesh.vertices, np.float64), np.asarray(mesh.faces)
+    used = np.zeros(len(vertices), bool)
+    used[faces[(faces >= 0) & (faces < len(vertices))]] = True
+    vertices[~used] = vertices[used.argmax()] if used.any() else 0
     if not len(vertices) or not np.isfinite(vertices).all():
-        return np.zeros(3)
+        return vertices, np.zeros(3)
     lo, hi = vertices.min(axis=0), vertices.max(axis=0)
     centre = (lo + hi) / 2
-    return np.where(np.abs(centre) > (hi - lo).max(), centre, 0.0)
-
-
-def _begins(group: np.ndarray, t: np.ndarray, reach: np.ndarray) -> np.ndarray:
-    """Return whether each hit begins a new place, (m,) bool.
-
-    A hit begins a place if the previous hit has another ``group``, or if the two hits' intervals
-    from t - reach to t + reach are disjoint.
-    """
-    new = np.ones(len(t), bool)
-    new[1:] = (np.diff(group) > 0) | (t[1:] - reach[1:] > t[:-1] + reach[:-1])
-    return new
-
-
-def _places(blurred: np.ndarray, t: np.ndarray, sharp: np.ndarray) -> np.ndarray:
-    """Return the rows of the hits that begin a place, (k,), ray by ray and nearest first.
-
-    Parameters
-    ----------
-    blurred : (m,) int, ascending: numbers of places; hits that float32 cannot separate have the
-        same number
-    t : (m,) float64, where the ray of a hit meets the triangle's plane
-    sharp : (m,) float64, error bound of t in float64; inf where float64 proves a miss. A hit with
-        an infinite bound begins a place only if all hits with its number in ``blurred`` have
-        infinite bounds
-    """
-    order = np.lexsort((t, ~np.isfinite(sharp), blurred))
-    group, t, sharp = blurred[order], t[order], sharp[order]
-    known = np.isfinite(sharp)
-    first = np.r_[True, np.diff(group) > 0][:len(group)]
-    stands = known == known[np.flatnonzero(first)[np.cumsum(first) - 1]]
-    places = np.cumsum(first | known & _begins(group, t, np.where(known, sharp, 0)))
-    # Choose for each place the hit with the lowest row. Places are numbered in the order of t.
-    rows = np.full(places[-1] if len(places) else 0, len(order))
-    np.minimum.at(rows, places[stands] - 1, order[stands])
-    return rows
+    moved = np.where(np.abs(centre) > (hi - lo).max(), centre, 0.0)
+    return vertices - moved, moved
 
 
 def _check_status(status: np.ndarray) -> None:

@@ -1,0 +1,121 @@
+"""Places: points where a ray passes through a mesh. A place at an edge or a vertex has several
+hits.
+
+Two hits of a ray belong to the same place if their t are equal within the float32 error bounds of
+``error_bounds.py``. They belong to two places if float64 proves that the ray hits both triangles
+at different t. They belong to the same place if their triangles share an edge and show the same
+side, and float64 disproves one of the two hits.
+"""
+from __future__ import annotations
+
+import numpy as np
+
+from .error_bounds import FLOAT32, FLOAT64, bound_pairs, gamma
+from .plane import plane_distance
+
+
+def first_hits_of_places(ray: np.ndarray, t: np.ndarray, corners: np.ndarray,
+                         origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Return the row of the first hit of each place, (k,) int, ray by ray, nearest places first.
+
+    Parameters
+    ----------
+    ray : (m,) int, the ray of each hit, ascending
+    t : (m,) float32, for each ray ascending, in units of the direction's length
+    corners : (m, 3, 3), float32 values, the triangle of each hit
+    origins, directions : (m, 3), float32 values, the ray of each hit; directions of length near 1
+    """
+    t = t.astype(np.float64)
+    lo, hi = _ends(corners, origins, directions)
+    # The error of t is at most the triangle's extent along the ray, plus the rounding of the ends.
+    far = np.maximum(np.abs(lo), np.abs(hi))
+    begins = _begins(ray, t, hi - lo + 4 * gamma(4) * far + 64 * FLOAT32.tiny)
+    # Only hits that touch another hit by this cheap bound need the exact bounds.
+    alone = begins & np.r_[begins[1:], True][:len(begins)]
+    rows = np.flatnonzero(~alone)
+    if not len(rows):
+        return np.arange(len(t))
+    pairs = corners[rows], origins[rows], directions[rows]
+    blurred, sharp = (bound_pairs(*pairs, arithmetic) for arithmetic in (FLOAT32, FLOAT64))
+    t = t[rows]
+    reach = np.where(np.isfinite(blurred.t_bound), blurred.t_bound, 0)
+    exact = np.clip(np.where(np.isfinite(blurred.t), blurred.t, t), t - reach, t + reach)
+    new = _begins(np.cumsum(begins)[rows], t, reach)
+    # Beside the edge of a long thin triangle, float32 may find a hit that float64 disproves, although
+    # it also finds the hit on the triangle across the edge. A ray crosses only one of the two.
+    new[1:] &= ~((np.diff(ray[rows]) == 0) & (sharp.possible[1:] != sharp.possible[:-1])
+                 & _side_by_side(*pairs[::2]))
+    group = np.cumsum(new)
+    first = rows[_nearest_first(group, exact, np.where(sharp.possible, sharp.t_bound, np.inf))]
+    # Merge both kinds of rows. Every place keeps its rank among the places of its group.
+    found = np.concatenate([np.flatnonzero(alone), first])
+    return found[np.argsort(np.cumsum(begins)[found], kind="stable")]
+
+
+def exact_t(corners: np.ndarray, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Return where rays meet the planes of triangles, (m,) float64, in units of the directions'
+    lengths. A t outside the range of the triangle's corners is moved to the range's end.
+
+    Parameters
+    ----------
+    corners : (m, 3, 3) float64
+    origins, directions : (m, 3) float64
+    """
+    lo, hi = _ends(corners, origins, directions)
+    seen = corners - origins[:, None]
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        t = plane_distance(corners.transpose(1, 2, 0), seen.transpose(1, 2, 0), directions.T)
+    return np.clip(np.where(np.isfinite(t), t, (lo + hi) / 2), lo, hi)
+
+
+def _ends(corners: np.ndarray, origins: np.ndarray, directions: np.ndarray
+          ) -> tuple[np.ndarray, np.ndarray]:
+    """Return the least and the greatest t of each triangle's corners along the direction's largest
+    axis, (m,) float64 each."""
+    axis = np.abs(directions).argmax(axis=1)[:, None]
+    along, start = (np.take_along_axis(values, axis, 1).astype(np.float64)
+                    for values in (directions, origins))
+    depths = (np.take_along_axis(corners, axis[:, None], 2)[:, :, 0] - start) / along
+    return depths.min(axis=1), depths.max(axis=1)
+
+
+def _side_by_side(corners: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Return whether each triangle but the first shares an edge with the triangle before it, and
+    both show the same side to their rays, (m - 1,) bool."""
+    shared = (corners[1:, :, None] == corners[:-1, None]).all(axis=3).sum(axis=(1, 2))
+    corners = corners.astype(np.float64)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    front = (normals * directions).sum(axis=1) < 0
+    return (shared == 2) & (front[1:] == front[:-1])
+
+
+def _begins(group: np.ndarray, t: np.ndarray, reach: np.ndarray) -> np.ndarray:
+    """Return whether each hit begins a new place, (m,) bool.
+
+    A hit begins a place if the previous hit has another ``group``, or if the two hits' intervals
+    from t - reach to t + reach are disjoint.
+    """
+    new = np.ones(len(t), bool)
+    new[1:] = (np.diff(group) > 0) | (t[1:] - reach[1:] > t[:-1] + reach[:-1])
+    return new
+
+
+def _nearest_first(group: np.ndarray, t: np.ndarray, sharp: np.ndarray) -> np.ndarray:
+    """Return the rows of the first hits of places, (k,), group by group, nearest places first.
+
+    Parameters
+    ----------
+    group : (m,) int, ascending; hits that float32 cannot separate have the same number
+    t : (m,) float64, where the ray of a hit meets the triangle's plane
+    sharp : (m,) float64, error bound of t in float64; inf where float64 proves a miss. Such a hit
+        belongs to the first place of its group
+    """
+    order = np.lexsort((t, ~np.isfinite(sharp), group))
+    group, t, sharp = group[order], t[order], sharp[order]
+    known = np.isfinite(sharp)
+    first = np.r_[True, np.diff(group) > 0]
+    place = np.cumsum(first | known & _begins(group, t, np.where(known, sharp, 0))) - 1
+    place = np.where(known, place, place[first][np.cumsum(first) - 1])
+    rows = np.full(place.max() + 1, len(order))
+    np.minimum.at(rows, place, order)
+    return rows
