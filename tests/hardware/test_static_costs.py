@@ -120,8 +120,8 @@ def test_what_was_not_compiled_is_refused() -> None:
 
 
 def test_the_page_has_these_counts() -> None:
-    """Each row of docs/compiled-kernels.md gives a method, a kernel, and instructions + fetches for each of
-    four cards."""
+    """Each row of docs/compiled-kernels.md gives a method, a kernel, and instructions + fetches
+    for each of four cards."""
     page = PAGE.read_text()
     rows = re.findall(r"^\| `([\w-]+)` \| `(\w+)` \| (.*) \|$", page, re.M)
     assert {(method, kernel) for method, kernel, _ in rows} >= {
