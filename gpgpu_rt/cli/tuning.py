@@ -4,7 +4,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from dataclasses import asdict
 from typing import Any
 
 from ..accuracy.error_targets import ALL, OWN_KIND, Promise
@@ -15,7 +14,7 @@ from ..accuracy.tuning_results import Search, Trial
 from ..disk.files import check_writable, replacing
 from ..errors import Error
 from ..gl.context import open_gpu
-from ..gl.environment import environment
+from ..gl.environment import run_facts
 from ..methods import settings
 from ..scene.loading import load_scene
 from ..scene.scene import Scene
@@ -107,8 +106,8 @@ def _accuracy(chosen: argparse.Namespace) -> None:
     rows = accuracy(scene, chosen.methods, chosen.precisions, given, chosen.rays,
                     chosen.size, chosen.seed, say)
     gpu = open_gpu(given.get("context"))
-    result = {**_facts(scene), "gpu": gpu.info(), "environment": asdict(environment(gpu)),
-              "seed": chosen.seed, "rows": rows, "flip_note": flip_note()}
+    result = {**_facts(scene), **run_facts(gpu, chosen.command), "seed": chosen.seed, "rows": rows,
+              "flip_note": flip_note()}
     if chosen.output:
         with replacing(chosen.output) as path:
             path.write_text(json.dumps(result, indent=1, default=str) + "\n", encoding="utf-8")

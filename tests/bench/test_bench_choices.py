@@ -1,6 +1,7 @@
 """`gpgpu-rt bench`: the choice of engines, the counted work, and what remains after a failure."""
 from __future__ import annotations
 
+import datetime
 import json
 
 import pytest
@@ -58,6 +59,27 @@ def test_statistics_count_the_work_per_ray(kind: str, capsys) -> None:
     out = capsys.readouterr().out
     assert "triangles tested" in out
     assert "embreex" not in out, "without an engine, nothing is said about a comparison"
+
+
+def test_the_json_says_how_to_repeat_the_run(capsys) -> None:
+    """The JSON has the command line, the date and the number of rounds. An entry has the defaults
+    of its options, and the quartiles of its times. Without embreex, no time is called noisy."""
+    words = ["bench", "cornell", "--size", "8", "--runs", "3", "-m", "grid", "--resolution", "4",
+             "--engine", "none", "--json"]
+    before = datetime.datetime.now(datetime.timezone.utc)
+    assert cli.main(words) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["command"] == "gpgpu-rt " + " ".join(words) and found["runs"] == 3
+    date = datetime.datetime.fromisoformat(found["date"])
+    assert abs(date - before) < datetime.timedelta(minutes=5)
+    race, = found["races"]
+    entry, = race["entries"]
+    assert race["too_noisy"] == ""
+    assert entry["options"].items() < entry["all_options"].items()
+    assert entry["all_options"]["intersection"] == "woop-watertight"
+    low, middle, high = (1e9 * seconds / 64 for seconds in sorted(entry["seconds"]))
+    assert (entry["ns_per_ray_q1"], entry["ns_per_ray"], entry["ns_per_ray_q3"]) == pytest.approx(
+        ((low + middle) / 2, middle, (middle + high) / 2))
 
 
 @pytest.mark.parametrize("words, names", [
