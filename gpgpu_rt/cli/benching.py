@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -58,6 +59,8 @@ def add_commands(command: Command) -> None:
                      help=f"time only these engines: {', '.join(_first_words())}; or none for no "
                      "engine; default: every installed engine")
     sub.add_argument("--plot", metavar="IMAGE.png", help="draw the rates as a chart, too")
+    sub.instead["--csv"] = ("; give --json, and make a CSV file from the JSON "
+                            "(docs/how-to/compare-methods.md)")
     add_options(sub)
 
 
@@ -112,15 +115,16 @@ def _first_words() -> list[str]:
 
 
 def _engines(words: Sequence[str] | None) -> Sequence[Engine]:
-    """Return the engines whose names begin with one of ``words``, ignoring case: all engines for
-    None, no engine for "none". Raise OptionError if a word fits no engine that can run."""
+    """Return the engines whose names begin with one of ``words`` (whole words, in any case): all
+    engines for None, no engine for "none". Raise OptionError if no engine that can run fits."""
     if words is None:
         return ENGINES
     if words == [NONE]:
         return ()
     chosen: list[Engine] = []
     for word in words:
-        named = [one for one in ENGINES if one.name.lower().startswith(word.lower())]
+        whole = re.compile(rf"{re.escape(word)}(?!\w)", re.IGNORECASE)
+        named = [one for one in ENGINES if whole.match(one.name)]
         if not named:
             raise OptionError(f"--engine {word!r}{nearest_names(word, [*_first_words(), NONE])}")
         if all(one.missing for one in named):

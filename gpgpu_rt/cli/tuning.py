@@ -32,8 +32,9 @@ def add_commands(command: Command) -> None:
     add_methods(sub, "all methods that have the given options")
     sub.add_argument("--precisions", type=names, metavar="NAME,NAME,...",
                      help="precisions to measure: fp32, fp24, fp16; default: all")
-    sub.add_argument("--rays", type=int, default=1 << 14, help="largest number of rays of each "
-                     f"kind ({', '.join(KINDS)}); default %(default)s")
+    sub.add_argument("--rays", type=count_word, default=1 << 14, metavar="N",
+                     help=f"largest number of rays of each kind ({', '.join(KINDS)}); default "
+                     "%(default)s")
     sub.add_argument("--size", type=size_word, default=(256, 256), metavar="WIDTHxHEIGHT",
                      help="size of the pictures that are compared; default 256x256")
     sub.add_argument("--seed", type=int, default=0,

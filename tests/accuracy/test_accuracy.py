@@ -221,7 +221,7 @@ def test_accuracy_command(capsys, tmp_path) -> None:
     assert "up to 64 rays of each kind" in out and "bench" in meanings["Mrays/s, ms"]
     assert "0.012" in out  # the 95 % bound of the wrong share if none of 256 rays is wrong
     path.unlink()
-    for more, message in ((["--precisions", "fp12"], "no precision"), (["--rays", "0"], "rays"),
+    for more, message in ((["--precisions", "fp12"], "no precision"),
                           (["-m", "gird"], "did you mean grid"),
                           (["-m", "grid"], "grid has no option 'octants'")):
         assert cli.main([*arguments, *more]) == 1
