@@ -192,11 +192,12 @@ class Comparison:
 
     def _row(self, panel: Panel, column: MethodColumn, result: dict[str, Any]) -> dict[str, Any]:
         theirs = self.published_row(panel, column)
-        counters = result["counters"]
+        counters, samples = result["counters"], result["samples_ms"]
         return {"scene": panel.scene, "rays": panel.rays,
                 "triangles": result["scene"]["triangles"],
                 "stand_in": bool(result["scene"]["stand_in"]), "method": column.label,
                 "size": result["settings"]["size"], "median_ms": result["median_ms"],
+                "min_ms": min(samples), "max_ms": max(samples), "runs": len(samples),
                 "ns_per_ray": result["ns_per_ray"],
                 "published": None if theirs is None else float(theirs["value"]),
                 "published_unit": None if theirs is None else theirs["unit"],

@@ -13,6 +13,8 @@ from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+import numpy as np
+
 from ..errors import OptionError
 from ..options import spell
 from ..text_format import counted
@@ -44,6 +46,7 @@ class Entry:
     work : Name of a counter -> its value per ray; empty if the race counts no work. The value of a
         packet is divided by the number of its rays.
     out_of : Number of all rays, if the entry traced only a part of them; else None.
+    all_options : The options of the method's tracer, with defaults; empty for an engine.
     """
 
     name: str
@@ -56,6 +59,7 @@ class Entry:
     bytes_a_triangle: float | None = None
     work: dict[str, float] = field(default_factory=dict)
     out_of: int | None = None
+    all_options: dict[str, Any] = field(default_factory=dict)
 
     @property
     def title(self) -> str:
@@ -94,7 +98,10 @@ class Entry:
         return "slower" if max(self.over) < 1 else "not told apart"
 
     def to_dict(self) -> dict[str, Any]:
-        found = {**asdict(self), "rays_per_second": self.rays_per_second, "spread": self.spread}
+        q1, median, q3 = map(float, np.quantile(self.seconds, (0.25, 0.5, 0.75))
+                             * 1e9 / self.rays)
+        found = {**asdict(self), "rays_per_second": self.rays_per_second, "spread": self.spread,
+                 "ns_per_ray": median, "ns_per_ray_q1": q1, "ns_per_ray_q3": q3}
         for name, turns in (("over_embree", self.over), ("over_embree_wall", self.over_wall)):
             if turns:
                 found[name] = statistics.median(turns)
@@ -155,8 +162,9 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
     with ExitStack() as tracers:
         for name, options in candidates:
             tracer = tracers.enter_context(Tracer(load(scene), name, **options))
-            entries.append(Entry(name, options, rays.live, bytes_a_triangle=sum(
-                tracer.statistics.table_bytes.values()) / len(load(scene))))
+            table_bytes = sum(tracer.statistics.table_bytes.values())
+            entries.append(Entry(name, options, rays.live, all_options=tracer.options,
+                                 bytes_a_triangle=table_bytes / len(load(scene))))
             if count:
                 entries[-1].work = _work(tracer, rays, options)
             calls.append(_ours(tracer, rays))

@@ -2,8 +2,8 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
 from typing import Any, NamedTuple
 
 from ..bench import ENGINES, NOISY, RAY_SETS, Entry, load, race, ranked, told, too_noisy, uncertain
@@ -11,7 +11,7 @@ from ..bench.engines import EMBREE, Engine
 from ..disk.files import check_writable
 from ..errors import Error, OptionError, how_to_install, nearest_names
 from ..gl.context import Gpu, open_gpu, threads_of
-from ..gl.environment import environment
+from ..gl.environment import run_facts
 from ..methods import Method, find_method, methods, taking
 from ..text_format import counted, number
 from .shared import (
@@ -59,6 +59,8 @@ def add_commands(command: Command) -> None:
                      help=f"time only these engines: {', '.join(_first_words())}; or none for no "
                      "engine; default: every installed engine")
     sub.add_argument("--plot", metavar="IMAGE.png", help="draw the rates as a chart, too")
+    sub.instead["--csv"] = ("; give --json, and make a CSV file from the JSON "
+                            "(docs/how-to/compare-methods.md)")
     add_options(sub)
 
 
@@ -92,12 +94,12 @@ def _bench(chosen: argparse.Namespace) -> None:
 
 def _end(chosen: argparse.Namespace, gpu: Gpu, found: Races, engines: Sequence[Engine]) -> None:
     if chosen.json:
-        print_json({"gpu": gpu.info(), "environment": asdict(environment(gpu)),
-                    "size": chosen.size,
+        print_json({**run_facts(gpu, chosen.command), "size": chosen.size, "runs": chosen.runs,
                     "threads": threads_of(gpu.renderer), "missing": _missing(engines),
                     "robust": {one.name: one.robust for one in engines},
                     "races": [{**one.facts, "rays": one.kind,
-                               "too_noisy": too_noisy(one.entries),
+                               "too_noisy": (too_noisy(one.entries) if _compared(one.entries)
+                                             else ""),
                                "uncertain": [entry.label for entry in uncertain(one.entries)],
                                "entries": [entry.to_dict() for entry in one.entries]}
                               for one in found]})
@@ -113,15 +115,16 @@ def _first_words() -> list[str]:
 
 
 def _engines(words: Sequence[str] | None) -> Sequence[Engine]:
-    """Return the engines whose names begin with one of ``words``, ignoring case: all engines for
-    None, no engine for "none". Raise OptionError if a word fits no engine that can run."""
+    """Return the engines whose names begin with one of ``words`` (whole words, in any case): all
+    engines for None, no engine for "none". Raise OptionError if no engine that can run fits."""
     if words is None:
         return ENGINES
     if words == [NONE]:
         return ()
     chosen: list[Engine] = []
     for word in words:
-        named = [one for one in ENGINES if one.name.lower().startswith(word.lower())]
+        whole = re.compile(rf"{re.escape(word)}(?!\w)", re.IGNORECASE)
+        named = [one for one in ENGINES if whole.match(one.name)]
         if not named:
             raise OptionError(f"--engine {word!r}{nearest_names(word, [*_first_words(), NONE])}")
         if all(one.missing for one in named):
@@ -155,7 +158,7 @@ def _print(scene: str, kind: str, entries: list[Entry], size: int) -> None:
     noise = too_noisy(entries)
     print(f"{load(scene).name}, {len(load(scene)):,} triangles, "
           f"{entries[0].rays:,} {_rays(kind, size)}")
-    compared = any(entry.over for entry in entries)
+    compared = _compared(entries)
     heads = ["method", "options", "Mrays/s", *(["over embreex", "arrays in to out"] * compared),
              "spread", "bytes per triangle", *(["against embreex"] * compared)]
     rows = []
@@ -184,6 +187,11 @@ def _print(scene: str, kind: str, entries: list[Entry], size: int) -> None:
         print("A packet's work is divided by the number of its rays\n")
 
 
+def _compared(entries: Sequence[Entry]) -> bool:
+    """Return whether embreex ran, so that the entries have ratios."""
+    return any(entry.over for entry in entries)
+
+
 def _rays(kind: str, size: int) -> str:
     return f"{told(RAY_SETS[kind])} of {size} x {size} pixels"
 
@@ -194,7 +202,7 @@ def _renderer(gpu: Gpu) -> str:
 
 
 def _print_notes(gpu: Gpu, found: Races, engines: Sequence[Engine]) -> None:
-    if any(entry.over for one in found for entry in one.entries):
+    if any(_compared(one.entries) for one in found):
         print(f"over embreex: our rate divided by the rate of {EMBREE}, as the median "
               "of all rounds. Our time\n"
               f"is the time of the passes on {_renderer(gpu)},\n"

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import shlex
 import sys
 import warnings
 from collections.abc import Callable, Sequence
@@ -47,7 +48,8 @@ def _main(arguments: Sequence[str] | None) -> int:
     print_any_name()
     try:
         # Load the methods first, because methods declare most of the options.
-        arguments = _take_methods(sys.argv[1:] if arguments is None else arguments)
+        given = sys.argv[1:] if arguments is None else arguments
+        arguments = _take_methods(given)
         if not arguments:
             command_parser().print_help()
             return 0
@@ -56,6 +58,7 @@ def _main(arguments: Sequence[str] | None) -> int:
         chosen, unknown = parser.parse_known_args(spelled_out(arguments, parser.switches))
         if unknown:
             chosen.parser.refuse(unknown[0])
+        chosen.command = shlex.join(["gpgpu-rt", *given])
         with warnings.catch_warnings():
             warnings.showwarning = _show
             for developers in (DeprecationWarning, PendingDeprecationWarning):

@@ -26,6 +26,7 @@ class Parser(argparse.ArgumentParser):
     owned : the options that belong to methods or integrators. If there are any, ``--help`` leaves
         out the group ``rare`` and most owned options
     in_full : whether the help has every option
+    instead : word that the command does not accept -> clause that says what to do instead
     """
 
     speaker = "gpgpu-rt"
@@ -35,6 +36,7 @@ class Parser(argparse.ArgumentParser):
         self.switches: set[str] = set()
         self.owned: list[OwnedOptions] = []
         self.in_full = False
+        self.instead: dict[str, str] = {}
         self._arguments: Sequence[str] = ()
         self._rare: argparse._ArgumentGroup | None = None
 
@@ -91,7 +93,8 @@ class Parser(argparse.ArgumentParser):
         if not word.startswith("-"):
             self.error(f"{command} {self._of_arguments(word)}")
         name = word.partition("=")[0]
-        self.error(f"{command} has no {name}{did_you_mean(name, self._option_string_actions)}")
+        hint = self.instead.get(name) or did_you_mean(name, self._option_string_actions)
+        self.error(f"{command} has no {name}{hint}")
 
     def _of_arguments(self, word: str) -> str:
         own = self._get_positional_actions()

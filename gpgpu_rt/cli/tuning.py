@@ -4,7 +4,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from dataclasses import asdict
 from typing import Any
 
 from ..accuracy.error_targets import ALL, OWN_KIND, Promise
@@ -15,7 +14,7 @@ from ..accuracy.tuning_results import Search, Trial
 from ..disk.files import check_writable, replacing
 from ..errors import Error
 from ..gl.context import open_gpu
-from ..gl.environment import environment
+from ..gl.environment import run_facts
 from ..methods import settings
 from ..scene.loading import load_scene
 from ..scene.scene import Scene
@@ -33,8 +32,9 @@ def add_commands(command: Command) -> None:
     add_methods(sub, "all methods that have the given options")
     sub.add_argument("--precisions", type=names, metavar="NAME,NAME,...",
                      help="precisions to measure: fp32, fp24, fp16; default: all")
-    sub.add_argument("--rays", type=int, default=1 << 14, help="largest number of rays of each "
-                     f"kind ({', '.join(KINDS)}); default %(default)s")
+    sub.add_argument("--rays", type=count_word, default=1 << 14, metavar="N",
+                     help=f"largest number of rays of each kind ({', '.join(KINDS)}); default "
+                     "%(default)s")
     sub.add_argument("--size", type=size_word, default=(256, 256), metavar="WIDTHxHEIGHT",
                      help="size of the pictures that are compared; default 256x256")
     sub.add_argument("--seed", type=int, default=0,
@@ -107,8 +107,8 @@ def _accuracy(chosen: argparse.Namespace) -> None:
     rows = accuracy(scene, chosen.methods, chosen.precisions, given, chosen.rays,
                     chosen.size, chosen.seed, say)
     gpu = open_gpu(given.get("context"))
-    result = {**_facts(scene), "gpu": gpu.info(), "environment": asdict(environment(gpu)),
-              "seed": chosen.seed, "rows": rows, "flip_note": flip_note()}
+    result = {**_facts(scene), **run_facts(gpu, chosen.command), "seed": chosen.seed, "rows": rows,
+              "flip_note": flip_note()}
     if chosen.output:
         with replacing(chosen.output) as path:
             path.write_text(json.dumps(result, indent=1, default=str) + "\n", encoding="utf-8")

@@ -1,12 +1,14 @@
 """Environment: records the program, libraries, renderer and processor of a measurement."""
 from __future__ import annotations
 
+import datetime
 import functools
 import importlib.metadata
 import platform
 import subprocess
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from .. import __version__
 from .context import Gpu, open_gpu
@@ -48,6 +50,24 @@ def environment(gpu: Gpu | None = None) -> RunEnvironment:
         {name: found for name in LIBRARIES if (found := _installed(name))}, gpu.renderer,
         gpu.version, (facts[0].get("model name") if facts else None) or platform.machine(),
         _system())
+
+
+def run_facts(gpu: Gpu, command: str) -> dict[str, Any]:
+    """Return what the JSON of a measurement says about its run.
+
+    Parameters
+    ----------
+    gpu : the context of the measurement
+    command : the command line
+
+    Returns
+    -------
+    dict
+        ``gpu``, ``environment``, ``date`` (date and time of now, UTC) and ``command``
+    """
+    now = datetime.datetime.now(datetime.timezone.utc)
+    return {"gpu": gpu.info(), "environment": asdict(environment(gpu)),
+            "date": now.isoformat(timespec="seconds"), "command": command}
 
 
 @functools.cache

@@ -6,6 +6,7 @@ import copy
 import json
 import re
 from dataclasses import asdict
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -221,12 +222,25 @@ def test_accuracy_command(capsys, tmp_path) -> None:
     assert "up to 64 rays of each kind" in out and "bench" in meanings["Mrays/s, ms"]
     assert "0.012" in out  # the 95 % bound of the wrong share if none of 256 rays is wrong
     path.unlink()
-    for more, message in ((["--precisions", "fp12"], "no precision"), (["--rays", "0"], "rays"),
+    for more, message in ((["--precisions", "fp12"], "no precision"),
                           (["-m", "gird"], "did you mean grid"),
                           (["-m", "grid"], "grid has no option 'octants'")):
         assert cli.main([*arguments, *more]) == 1
         error = capsys.readouterr().err
         assert message in error.splitlines()[-1] and not path.exists()
+
+
+def test_only_rays_aimed_at_vertices_and_edges_are_excused(exact_renderer) -> None:
+    """docs/accuracy.md says how many rays of each kind the default of `accuracy` excuses."""
+    known = KnownRays(rt.load_scene("cornell"), 65_536, 0)
+    with rt.Tracer(known.scene, "bvh-threaded") as tracer:
+        found = known.judge(known.trace(tracer)[0])
+    excused = {kind: found.score(part).counts[WITHIN_BOUND] for kind, part in known.parts.items()}
+    page = (Path(rt.__file__).parents[1] / "docs" / "accuracy.md").read_text()
+    vertices, edges = (int(number.replace(",", "")) for number in re.search(
+        r"fp32: (\S+) aimed at vertices, (\S+) aimed at edges, no others", page).groups())
+    assert excused == {"eye": 0, "random": 0, "vertices": vertices, "edges": edges}
+    assert f"excuses {vertices + edges:,} of 65,536 rays" in page and not found.wrong.any()
 
 
 def test_several_methods_are_named_together_or_one_by_one(capsys) -> None:

@@ -52,7 +52,10 @@ def test_without_words_the_help_is_printed(capsys) -> None:
     (["render", "cornel", "-o", "x.png"], "did you mean cornell"),
     (["render", "cornell", "--octant-s", "-o", "x.png"], "did you mean --octants"),
     (["render", "cornell", "-m", "grid", "--octants", "-o", "x.png"], "bvh-threaded, bvh-packet"),
-    (["bench", "cornell", "-m", "grid", "--rays", "rndom"], "did you mean random?")],
+    (["bench", "cornell", "-m", "grid", "--rays", "rndom"], "did you mean random?"),
+    (["bench", "cornell", "--csv"], "give --json, and make a CSV file"),
+    (["accuracy", "cornell", "--rays", "shadow"], "'shadow' is not a whole number of 1 or more"),
+    (["accuracy", "cornell", "--rays", "0"], "'0' is not a whole number of 1 or more")],
     ids=lambda value: value[0] if isinstance(value, list) else "")
 def test_a_misspelt_word_gets_a_suggestion(words: list[str], advice: str, capsys) -> None:
     status, out, err = said(capsys, *words)

@@ -98,10 +98,12 @@ def test_interrupting_loses_only_the_running_cell(tmp_path, monkeypatch) -> None
 def _fake(cell: Cell, folder: Path, ns: float, nodes: float = 3, stand_in: str | None = None,
           **more: Any) -> None:
     """Writes a cell's file as if the cell had been measured."""
+    ms = ns * cell.size ** 2 / 1e6
     (folder / cell.name).write_text(json.dumps({
         "settings": results.settings(cell), "gpu": {"renderer": "R", "backend": "egl"},
         "date": "2020-01-01", "rays": cell.size ** 2, "ns_per_ray": ns,
-        "median_ms": ns * cell.size ** 2 / 1e6, "wall_ms": 1, "statistics": {"passes": 1},
+        "median_ms": ms, "samples_ms": [ms, 2 * ms, ms / 2], "wall_ms": 1,
+        "statistics": {"passes": 1},
         "counters": {"steps": 5, "nodes_visited": nodes, "triangles_tested": 2},
         "scene": {"triangles": 9, "stand_in": stand_in}, **more}))
 
@@ -125,6 +127,8 @@ def test_tables_hold_the_measured_numbers(figure, tmp_path) -> None:
         rows = list(csv.DictReader(file))
     assert {(r["scene"], r["rays"], r["method"]): float(r["ns_per_ray"])
             for r in rows} == expected
+    assert all(float(row["max_ms"]) == 2 * float(row["median_ms"]) == 4 * float(row["min_ms"])
+               and row["runs"] == "3" for row in rows)
     for row, (panel, column) in zip(rows, figure.pairs(False)):
         value = published(figure.name, panel.scene, column.published_method or column.method,
                           column.published_options, panel.rays)

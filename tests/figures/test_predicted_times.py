@@ -42,7 +42,7 @@ def _write(data: Path, reverse: bool = False, **scene: object) -> None:
             predicted, measured = (1e6 / published, published) if reverse else (
                 published, 1e6 / published)
             write_cell(figure.cell(panel, column, False), data, ns_per_ray=measured,
-                       median_ms=1.0, counters=COUNTERS, **scene)
+                       median_ms=1.0, samples_ms=[1.0], counters=COUNTERS, **scene)
             runs = round(1000 * predicted)
             issued = {"kernels": ["intersect"], "runs": [runs], "lanes": [runs], "iterations": 0,
                       "passes": [0], "queries": 0}

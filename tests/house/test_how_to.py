@@ -5,6 +5,7 @@ stands for words that are left out. Line breaks may differ from the terminal's.
 """
 from __future__ import annotations
 
+import csv
 import os
 import subprocess
 import sys
@@ -13,6 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from snippets import PAGES, Snippet, missing, snippets, without_meshes
+
+from gpgpu_rt.cli import main
 
 HOW_TO = [page for page in PAGES if page.parent.name == "how-to"]
 MOST_LINES = 100
@@ -60,3 +63,24 @@ def test_a_page_has_its_parts_and_is_short(page: Path) -> None:
         assert all(part in text for part in ("**Goal**: ", "## What can go wrong\n",
                                              "## Read more\n"))
         assert f"]({page.name})" in (page.parent / "index.md").read_text()
+
+
+def test_the_table_for_a_paper_tells_kinds_of_rays_apart(tmp_path: Path, monkeypatch,
+                                                         capsys) -> None:
+    """The recipe that turns the JSON of `bench` into tables keeps the kind and the number of rays.
+    Races and their entries both have a field ``rays``."""
+    page = next(page for page in HOW_TO if page.stem == "compare-methods")
+    recipe, = (block.text for block in snippets(page) if "bench.csv" in block.text)
+    monkeypatch.chdir(tmp_path)
+    assert main(["bench", "cornell", "--size", "8", "--rays", "eye,shadow", "-m", "grid",
+                 "--runs", "1", "--engine", "none", "--json"]) == 0
+    Path("bench.json").write_text(capsys.readouterr().out)
+    exec(recipe, {})
+    with open("bench.csv", newline="") as file:
+        eye, shadow = csv.DictReader(file)
+    assert (eye["rays"], eye["count"], shadow["rays"]) == ("eye", "64", "shadow")
+    assert 0 < int(shadow["count"]) < 64 and float(eye["ns_per_ray"]) > 0
+    latex = capsys.readouterr().out.splitlines()
+    assert [line.split(" & ")[:3] for line in latex] == [["cornell", "eye", "grid"],
+                                                         ["cornell", "shadow", "grid"]]
+    assert all(line.endswith(r" \\") for line in latex)
