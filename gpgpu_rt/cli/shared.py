@@ -47,7 +47,8 @@ def add_options(sub: Parser, words: tuple[str, ...] = ("-m", "--method", "--meth
 def names(text: str) -> list[str]:
     found = [name.strip() for name in text.split(",")]
     if not all(found):
-        raise argparse.ArgumentTypeError(f"{text!r} has an empty name; give NAME,NAME,...")
+        raise argparse.ArgumentTypeError(f"{text!r} has an empty name; give NAME,NAME,... without "
+                                         "spaces")
     return found
 
 

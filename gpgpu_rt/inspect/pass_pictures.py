@@ -133,8 +133,9 @@ def _room(folder: Path) -> Iterator[None]:
     try:
         folder.mkdir(exist_ok=True)
     except OSError as failure:
-        raise Error(f"cannot make the folder {folder}: {failure.strerror}; give a folder "
-                    "whose parent exists") from failure
+        advice = ("a file has this name; give another name" if folder.is_file() else
+                  f"{failure.strerror}; give a folder whose parent exists")
+        raise Error(f"cannot make the folder {folder}: {advice}") from failure
     check_writable(folder / "passes.json")
     try:
         yield
