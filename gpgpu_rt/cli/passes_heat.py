@@ -36,7 +36,7 @@ def add_commands(command: Command) -> None:
     sub.add_argument("--states", action="store_true",
                      help="write the states and hits as .npz files, too")
     add_camera(sub)
-    add_options(sub)
+    add_options(sub, schedule="step")
     sub = command("heat", _heat, "draw the cost of each pixel's ray as heat maps, with several "
                   "methods on one scale")
     sub.add_argument("scene", help="a scene's name or a mesh file")
