@@ -203,7 +203,7 @@ class PassPainter:
         distance = distance_pixels(decode(self.batch, one), self.lo, self.hi)
         phases = phase_pixels(one.state["phase"], self.names)
         return [(title, pixels.reshape(self.size[1], self.size[0], 3))
-                for title, pixels in (("phase of each ray", phases),
+                for title, pixels in (("next kernel of each ray", phases),
                                       (f"{place}: a colour per number", wheres),
                                       ("t of the nearest hit so far", distance))]
 
