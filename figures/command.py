@@ -103,7 +103,8 @@ class _FigureParser(Parser):
 
 def _figure(name: str) -> str:
     if name not in FIGURES:
-        raise argparse.ArgumentTypeError(f"no figure {name!r}{nearest_names(name, FIGURES)}")
+        asked = f"fig{name:0>2}" if name.isdecimal() else name
+        raise argparse.ArgumentTypeError(f"no figure {name!r}{nearest_names(asked, FIGURES)}")
     return name
 
 

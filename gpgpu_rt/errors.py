@@ -85,6 +85,15 @@ def nearest_names(name: str, known: Iterable[str]) -> str:
     return did_you_mean(name, known) or f"; known: {', '.join(known)}"
 
 
+def nearest_name(name: str, known: Iterable[str]) -> str:
+    """Return a clause as `nearest_names` does. If ``name`` is a list of known names, the clause
+    asks for one of them."""
+    parts = [part.strip() for part in name.split(",") if part.strip()]
+    if "," in name and parts and set(parts) <= set(known):
+        return f"; this is a list, give one name: {' or '.join(parts)}"
+    return nearest_names(name, known)
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return a clause with the nearest known names, "; did you mean a or b?", or "". Messages
     that already list all names use this function; other messages use `nearest_names`."""

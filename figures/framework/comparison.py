@@ -30,6 +30,9 @@ TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, becaus
              "projections, as Wald et al. 2001 do, ours is the nearest test that is available. "
              "The default of this program, the watertight test of Woop, Benthin and Wald 2013, is "
              "not used here.")
+TAU_B = ("tau-b says how well an order of the methods agrees with the published order: 1 for the "
+         "same order, -1 for the reverse. Ties between published numbers make the highest value "
+         "smaller than 1. Published numbers within 5 % count as ties.\n")
 HOW_PREDICTED = (
     "No constant is fitted. If the mesh of a scene is missing, no time is predicted. If the rays "
     "of a packet are the lanes of a warp, a lane is assumed to run the kernels of a single ray. "
@@ -259,7 +262,7 @@ class Comparison:
 
     def _markdown(self, rows: Rows, taus: Taus, results: Results,
                   predicted: Mapping[tuple[Panel, str], PredictedRow]) -> str:
-        parts = [f"# {self.title}\n"]
+        parts = [f"# {self.title}\n", TAU_B]
         for panel, chosen in rows.items():
             best = min(row["ns_per_ray"] for row in chosen)
             theirs = [row for row in chosen if row["published"] is not None]
@@ -298,10 +301,6 @@ class Comparison:
             parts.append(f"Predicted: the time that the {self.paper_card.card.name} would have "
                          "taken, by the machine model of [era_machine](era_machine.md), from "
                          f"kernels that Mesa compiled for the card. {HOW_PREDICTED}\n")
-        parts.append("tau-b says how well an order of the methods agrees with the published "
-                     "order: 1 for the same order, -1 for the reverse. Ties between published "
-                     "numbers make the highest value smaller than 1. Published numbers within "
-                     "5 % count as ties.\n")
         for head, lines in (("What the counters show", self.remarks(results)),
                             ("What differs", self._differences(results))):
             if lines:
@@ -316,10 +315,11 @@ class Comparison:
         figure, axes = plt.subplots(lines, ACROSS, squeeze=False, layout="constrained",
                                     figsize=(4.6 * ACROSS, high))
         for panel, axis in zip(ordered, axes.flat):
-            series = _draw_panel(axis, panel, rows[panel], taus[panel])
+            _draw_panel(axis, panel, rows[panel], taus[panel])
         for axis in axes.flat[len(ordered):]:
             axis.remove()
-        figure.legend(handles=legend_of(series), frameon=False, fontsize=9, ncols=3,
+        shown = _series([row for chosen in rows.values() for row in chosen])
+        figure.legend(handles=legend_of(shown), frameon=False, fontsize=9, ncols=3,
                       loc="outside upper left")
         figure.get_layout_engine().set(rect=(0, 0.4 / high, 1, 1 - 0.4 / high))
         save_chart(figure, out / f"{self.name}.png", "  ".join(self._differences(results)[:2]),
@@ -328,16 +328,19 @@ class Comparison:
 
 
 def _draw_panel(axis: Any, panel: Panel, chosen: list[dict[str, Any]],
-                taus: tuple[float, float]) -> list[Series]:
-    series = [Series(name, [row[key] for row in chosen], look) for name, key, look in (
-        ("published", "published_ns_per_ray", PUBLISHED),
-        ("predicted for the paper's card", "predicted_ns_per_ray", PREDICTED),
-        ("measured here", "ns_per_ray", HERE))]
+                taus: tuple[float, float]) -> None:
     dot_rows(axis, [row["method"].replace("bvh-threaded ", "bvh-threaded\n") for row in chosen],
-             series, "nanoseconds a ray (log)")
+             _series(chosen), "nanoseconds a ray (log)")
     kind = titled(panel.label, chosen[0]["stand_in"])
     axis.set_title(f"{kind}\n{_says(taus)}", fontsize=9)
-    return series
+
+
+def _series(rows: Sequence[dict[str, Any]]) -> list[Series]:
+    left_out = "; none for stand-ins" if any(row["stand_in"] for row in rows) else ""
+    return [Series(name, [row[key] for row in rows], look) for name, key, look in (
+        ("published", "published_ns_per_ray", PUBLISHED),
+        (f"predicted for the paper's card{left_out}", "predicted_ns_per_ray", PREDICTED),
+        ("measured here", "ns_per_ray", HERE))]
 
 
 def _tau_on_card(panel: Panel, predicted: Mapping[tuple[Panel, str], PredictedRow]) -> float:

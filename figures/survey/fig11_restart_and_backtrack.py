@@ -53,10 +53,10 @@ def draw(data: Path, out: Path, full: bool) -> None:
         text.append(f"* {found.method}, {counts[found.method]} visits: "
                     + " ".join(map(small.name, found.visited)))
     least = min(counts, key=lambda name: counts[name])
-    text.append(f"\nBoth methods visit the same leaves. Here {least} needs fewer visits, because "
-                "in a tree of so few levels the root is as near as any ancestor. kd-backtrack "
-                "reads each node on its way up, and reads the topmost of these nodes again on its "
-                "way down.\n")
+    why = (f"Here {least} needs fewer visits, because in a tree of so few levels the root is as "
+           "near as any ancestor.")
+    text.append(f"\nBoth methods visit the same leaves. {why} kd-backtrack reads each node on its "
+                "way up, and reads the topmost of these nodes again on its way down.\n")
     write_text(out / "fig11.md", "\n".join(text) + "\n" + markdown_table(HEADS, table))
     figure, axes = plt.subplots(1, 3, figsize=(14, 6), width_ratios=(0.75, 1, 1))
     leaves = {node: VISITED for node in walks[0].visited if small.is_leaf(node)}
@@ -74,7 +74,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure.tight_layout(rect=(0, 0.05, 1, 1))
     save_chart(figure, out / "fig11.png", "Red numbers at a node: when the walk visits the node "
                "(1 is the first visit of the walk), whether it descends or climbs. Numbers along "
-               "the ray: the values of t at which kd-restart starts again at the root.",
+               f"the ray: the values of t at which kd-restart starts again at the root. {why}",
                "A scene with a ray, and two trees with the order in which kd-restart and "
                "kd-backtrack visit the nodes")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..disk.files import check_writable, replacing
 from ..errors import OptionError
-from ..inspect.heat import KINDS, draw_heat, heat
+from ..inspect.heat import BY_PASS, KINDS, draw_heat, heat
 from ..inspect.pass_pictures import MOST_PICTURES, write_passes
 from ..methods import find_method
 from ..scene.loading import load_scene
@@ -36,7 +36,7 @@ def add_commands(command: Command) -> None:
     sub.add_argument("--states", action="store_true",
                      help="write the states and hits as .npz files, too")
     add_camera(sub)
-    add_options(sub)
+    add_options(sub, schedule="step")
     sub = command("heat", _heat, "draw the cost of each pixel's ray as heat maps, with several "
                   "methods on one scale")
     sub.add_argument("scene", help="a scene's name or a mesh file")
@@ -87,7 +87,7 @@ def _heat(chosen: argparse.Namespace) -> None:
         if options.get("era") and chosen.what != "passes":
             raise OptionError("kernels in the era form count nothing; with --era, give "
                               "--what passes")
-        options = (_in_passes(method, options) if chosen.what == "passes"
+        options = (_in_passes(method, options) if chosen.what in BY_PASS
                    else {**options, "statistics": True})
         with Tracer(scene, method, **options) as tracer:
             maps.append(heat(tracer, chosen.what, chosen.size, camera_of(chosen, scene.camera)))

@@ -7,6 +7,7 @@ import math
 import re
 import sys
 from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from ..errors import OptionError
@@ -36,18 +37,22 @@ def all_options() -> Variants:
 
 
 def add_options(sub: Parser, words: tuple[str, ...] = ("-m", "--method", "--methods"),
-                unowned: tuple[str, ...] = ()) -> None:
+                unowned: tuple[str, ...] = (), schedule: str = "loop") -> None:
     """Declare a ``--word`` for every option of the tracer and of the methods. ``words`` and
-    ``unowned`` are as in `OwnedOptions`."""
+    ``unowned`` are as in `OwnedOptions`. ``schedule`` is the command's default schedule, which its
+    help names."""
     group = sub.add_argument_group("options of the tracer and its methods")
-    add_variants(sub, group, OwnedOptions("method", all_owners(), words, "the tracer", unowned),
+    owners = [(owner, [replace(option, default=schedule) if option.name == "schedule" else option
+                       for option in options]) for owner, options in all_owners()]
+    add_variants(sub, group, OwnedOptions("method", owners, words, "the tracer", unowned),
                  "option_")
 
 
 def names(text: str) -> list[str]:
     found = [name.strip() for name in text.split(",")]
     if not all(found):
-        raise argparse.ArgumentTypeError(f"{text!r} has an empty name; give NAME,NAME,...")
+        raise argparse.ArgumentTypeError(f"{text!r} has an empty name; give NAME,NAME,... without "
+                                         "spaces")
     return found
 
 

@@ -133,8 +133,9 @@ def _room(folder: Path) -> Iterator[None]:
     try:
         folder.mkdir(exist_ok=True)
     except OSError as failure:
-        raise Error(f"cannot make the folder {folder}: {failure.strerror}; give a folder "
-                    "whose parent exists") from failure
+        advice = ("a file has this name; give another name" if folder.is_file() else
+                  f"{failure.strerror}; give a folder whose parent exists")
+        raise Error(f"cannot make the folder {folder}: {advice}") from failure
     check_writable(folder / "passes.json")
     try:
         yield
@@ -202,7 +203,7 @@ class PassPainter:
         distance = distance_pixels(decode(self.batch, one), self.lo, self.hi)
         phases = phase_pixels(one.state["phase"], self.names)
         return [(title, pixels.reshape(self.size[1], self.size[0], 3))
-                for title, pixels in (("phase of each ray", phases),
+                for title, pixels in (("next kernel of each ray", phases),
                                       (f"{place}: a colour per number", wheres),
                                       ("t of the nearest hit so far", distance))]
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from ..errors import OptionError, nearest_names
+from ..errors import OptionError, nearest_name, nearest_names
 from ..options import TRACER_OPTIONS
 from ..traversal.accelerator import Accelerator
 from ..traversal.method import Method
@@ -96,7 +96,7 @@ def find_method(name: str) -> Method:
                           "commands `render` and `trace` without --scheduler accept auto and "
                           f"choose a method. Here, give one of: {', '.join(_TABLE)}")
     if name not in _TABLE:
-        raise OptionError(f"no method {name!r}" + nearest_names(name, _TABLE))
+        raise OptionError(f"no method {name!r}" + nearest_name(name, _TABLE))
     return _TABLE[name]
 
 

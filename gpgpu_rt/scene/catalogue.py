@@ -10,7 +10,7 @@ from pathlib import Path, PurePath
 import numpy as np
 import platformdirs
 
-from ..errors import SceneError, nearest_names
+from ..errors import SceneError, nearest_name
 from .camera import Camera, load_cameras
 from .mesh_file import SUFFIXES
 from .procedural import animations as animation
@@ -159,7 +159,7 @@ def find(text: str) -> tuple[NamedScene, float | None] | None:
     path = Path(text)
     if path.suffix or path.parent != Path(".") or os.path.exists(text):
         return None
-    raise SceneError(f"no scene {text!r}{nearest_names(text, ROWS)} (or give a mesh file's path)")
+    raise SceneError(f"no scene {text!r}{nearest_name(text, ROWS)} (or give a mesh file's path)")
 
 
 def named_folders() -> list[Path]:
@@ -168,7 +168,8 @@ def named_folders() -> list[Path]:
     given = [Path(word) for word in words if word]
     for folder in given:
         if not folder.is_dir():
-            warnings.warn(f"GPGPU_RT_SCENES: there is no folder {folder}", stacklevel=2)
+            warnings.warn(f"GPGPU_RT_SCENES: there is no folder {folder}; create it, or correct "
+                          "the variable", stacklevel=2)
     return given
 
 

@@ -134,7 +134,8 @@ class Method:
         file.
     no_era_form : why the kernels do not compile in the era dialect (traversal/era.py), or empty.
     stack, packet, dynamic : Columns of the survey's Table 1.
-    restarts : Whether a ray may jump from a leaf back to an ancestor. A page counts such jumps.
+    restarts : Whether a ray may jump from a leaf back to an ancestor. The page in a browser and
+        the heat maps count such jumps.
     """
 
     name: str

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from ..inspect import false_colours as colours
-from ..inspect.heat import Heat, heat, scale_bar, scale_of
+from ..inspect.heat import BY_PASS, Heat, heat, scale_bar, scale_of
 from ..methods import find_method
 from ..options import TRACER_OPTIONS
 from ..scene.camera import Camera
@@ -63,7 +63,7 @@ class HeatView:
         if self.other is not None:
             rows.append((self.other, dict(options) if self.other == method
                          else _shared(self.other, options)))
-        if self.what == "passes":
+        if self.what in BY_PASS:
             return [(name, find_method(name).in_passes(chosen)) for name, chosen in rows]
         return [(name, {**chosen, "statistics": True}) for name, chosen in rows]
 

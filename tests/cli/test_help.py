@@ -94,3 +94,8 @@ def test_a_wrong_name_is_one_line(capsys) -> None:
     assert main(["render", "-m", "kd-restrat", "--help"]) == 1
     assert capsys.readouterr().err == ("gpgpu-rt: no method 'kd-restrat'; did you mean kd-restart "
                                        "or kd-stack or kd-ropes?\n")
+
+
+@pytest.mark.parametrize("command, schedule", [("passes", "step"), ("heat", "loop")])
+def test_the_help_names_the_default_schedule(told, command: str, schedule: str) -> None:
+    assert f"(kernels, step, loop); default {schedule}" in " ".join(told(command, "-h").split())

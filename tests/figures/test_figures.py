@@ -160,6 +160,13 @@ def test_unwritable_folder(tmp_path, capsys) -> None:
     assert capsys.readouterr().err.count("\n") == 1
 
 
+@pytest.mark.parametrize("name, near", [("11", "fig11"), ("1", "fig01"), ("stack", "stacks")])
+def test_a_figure_is_guessed(name: str, near: str, capsys) -> None:
+    with pytest.raises(SystemExit):
+        main(["--only", name])
+    assert f"no figure {name!r}; did you mean {near}" in capsys.readouterr().err
+
+
 def test_an_order_unlike_the_published_one_is_explained(tmp_path) -> None:
     """If the measured order of two columns differs from the published order, the page names the
     two columns and their counters."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from faked_cells import write_cell
 
-from gpgpu_rt.figures.framework import pages, predicted_times, provenance, verdicts
+from gpgpu_rt.figures.framework import comparison, pages, predicted_times, provenance, verdicts
 from gpgpu_rt.figures.framework.cell import Cell
 from gpgpu_rt.figures.framework.comparison import Comparison, Panel
 from gpgpu_rt.figures.framework.era_counts import PASSES
@@ -71,6 +71,25 @@ def test_the_card_decides_and_the_renderer_stands_beside(reverse: bool, tmp_path
     assert held is not None and verdicts.Verdict.from_json(held["verdict"]) == said
     for row in held["rows"]:
         assert float(row["predicted_ns_per_ray"]) > 0
+
+
+def test_the_legend_covers_all_panels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The last panel shows a stand-in, without predicted times. The legend still has the mark of
+    predicted times, and says that stand-ins have none."""
+    figure, charts = fig12.FIGURE, []
+    _write(tmp_path)
+    last = [panel for panel, _ in figure.pairs(False) if panel.scene in SCENES][-1]
+    for cell in _cells(figure):
+        if cell.scene == last.scene:
+            (tmp_path / cell.name).unlink(missing_ok=True)
+    for column in figure.columns:
+        write_cell(figure.cell(last, column, False), tmp_path, ns_per_ray=1.0, median_ms=1.0,
+                   counters=COUNTERS, scene=STAND_IN)
+    monkeypatch.setattr(comparison, "save_chart", lambda chart, *_: charts.append(chart))
+    figure.draw(tmp_path, tmp_path, False)
+    legend = charts[0].legends[0]
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "published", "predicted for the paper's card; none for stand-ins", "measured here"]
 
 
 def test_stand_ins_are_not_scored_on_a_card_either(tmp_path: Path) -> None:

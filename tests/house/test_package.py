@@ -290,7 +290,11 @@ BOUNDS = ["--max-wrong", "1e-3", "--max-t-error", "1e-3"]
     (["render", "cornell", "-m", "grid", "-m", "bih", "-o", "{}/x.png"], "twice, grid and bih"),
     (["render", "cornell", "-m", "grid", "--density", "3", "--resolution", "4", "-o", "{}/x.png"],
      "exclude each other"),
-    (["bench", "cornell", "-m", "grid,"], "empty name"),
+    (["bench", "cornell", "-m", "grid,"], "empty name; give NAME,NAME,... without spaces"),
+    (["passes", "cornell", "-m", "grid,bih", "-o", "{}/new"], "give one name: grid or bih"),
+    (["render", "cornell,tenk", "-o", "{}/x.png"], "give one name: cornell or tenk"),
+    (["render", "cornell,x", "-o", "{}/x.png"], "did you mean cornell"),
+    (["passes", "cornell", "-m", "grid", "-o", "{}/bad.npz"], "a file has this name"),
     (["bench", "cornell", "--size", "8x4"], "not the side of a square"),
     (["bench", "cornell", "--size", "-3"], "not the side of a square"),
     (["tune", "cornell", *BOUNDS, "--budget", "-1"], "give seconds"),
@@ -332,7 +336,7 @@ def test_a_folder_of_scenes_that_is_not_there_is_told_of(capsys, tmp_path, monke
     status, out, err = run(capsys, "render", "cornell", "-o", str(tmp_path / "x.png"), "--size",
                            "8")
     assert status == 0 and (tmp_path / "x.png").exists()
-    assert err.count("\n") == 1 and f"there is no folder {tmp_path / 'gone'}" in err
+    assert err.count("\n") == 1 and f"there is no folder {tmp_path / 'gone'}; create it" in err
 
 
 def test_every_folder_is_installed() -> None:

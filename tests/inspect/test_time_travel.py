@@ -217,7 +217,7 @@ def test_the_commands(tmp_path, capsys) -> None:
                  "--every", "8", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["options"]["schedule"] == "step" and (folder / "passes.gif").exists()
-    for what in KINDS:
+    for what in set(KINDS) - {"restarts"}:      # these two methods never restart
         assert main(["heat", "cornell", "-m", "grid", "-m", "bvh-threaded", "--what", what, "-o",
                      str(image), "--size", "12x8", "--json"]) == 0
         rows = json.loads(capsys.readouterr().out)["methods"]
@@ -251,6 +251,32 @@ def test_heat_is_what_rays_cost() -> None:
         tested.values.max())))
     right = page[40:120, 300:500].reshape(-1, 3)    # every pixel is at the top of the scale
     assert (right == right[0]).all() and right[0].tolist() == [252, 242, 160]
+
+
+@pytest.mark.parametrize("schedule", ["step", "kernels"])
+@pytest.mark.parametrize("method", [row.name for row in rt.methods() if row.restarts])
+def test_restarts_and_pops_follow_all_leaves_but_the_last(method: str, schedule: str) -> None:
+    with rt.Tracer("tenk", method, schedule=schedule, statistics=True) as tracer:
+        restarts, leaves = (heat(tracer, what, (24, 16)).values for what in ("restarts", "leaves"))
+        pops, before = np.zeros(24 * 16, int), np.zeros(24 * 16, int)
+
+        def look(one: Pass) -> None:
+            stacked = one.state.get("stacked", before)
+            pops[stacked < before] += 1
+            before[:] = stacked
+        travel(tracer, *tracer.scene.camera.rays((24, 16)), look)
+    assert restarts.max() > 1 and pops.any() == tracer.method.stack
+    assert (restarts + pops.reshape(16, 24) == np.maximum(leaves - 1, 0)).all()
+
+
+@pytest.mark.parametrize("method, more, says", [
+    ("kd-backtrack", {}, "these methods have it: kd-restart, kd-push-down, kd-short-stack"),
+    ("kd-packet", {}, "no count of restarts"),
+    ("kd-restart", {"steps_per_pass": 2}, "leave steps_per_pass and era out")])
+def test_restarts_that_cannot_be_counted(method: str, more: dict, says: str) -> None:
+    with rt.Tracer("cornell", method, schedule="step", **more) as tracer:
+        with pytest.raises(rt.OptionError, match=says):
+            heat(tracer, "restarts", (4, 4))
 
 
 @pytest.mark.parametrize("method", [row.name for row in rt.methods() if row.packet])

@@ -31,6 +31,13 @@ def test_cut_files_are_refused(kind: str, tmp_path: Path) -> None:
         assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("name", ["README.md", "m"])
+def test_the_formats_of_meshes_are_named(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text("# A page\n")
+    with pytest.raises(rt.SceneError, match=r"no mesh format has this suffix; give .ply, .obj,"):
+        rt.load_scene(tmp_path / name)
+
+
 def test_an_stl_that_begins_with_solid_may_be_binary(tmp_path: Path) -> None:
     path = tmp_path / "m.stl"
     trimesh.creation.icosphere(subdivisions=1).export(path)

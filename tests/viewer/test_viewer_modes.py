@@ -196,6 +196,16 @@ def test_a_heat_map_that_fails_leaves_none_of_another_method(viewer: Viewer,
     assert len(np.unique(viewer.image.reshape(-1, 3), axis=0)) == 1
 
 
+def test_restarts_are_counted_for_methods_that_restart(viewer: Viewer) -> None:
+    viewer.look_at("heat")
+    viewer.change_heat(what="restarts")
+    settle(viewer)
+    assert "no count of restarts" in viewer.failed and not viewer.heat.maps
+    viewer.choose(viewer.selection.with_method("kd-restart"))
+    settle(viewer)
+    assert not viewer.failed and viewer.heat.maps[0].values.max() > 0
+
+
 def followed() -> list[tuple[str, dict]]:
     """Returns (method, options) for the methods whose state names the box that a ray is in.
 
