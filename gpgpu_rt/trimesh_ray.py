@@ -1,6 +1,7 @@
 """A replacement for trimesh's ray engines: ``mesh.ray = RayMeshIntersector(mesh, "kd-restart")``.
 
-Names, arguments, shapes and the order of returned arrays are as in ``trimesh.ray``. Differences:
+Names, arguments, shapes and the order of returned arrays are as in ``trimesh.ray``.
+There are differences.
 
 * Hits are sorted by ray, then by (t, triangle), and include all hits on coincident triangles.
 * float32 decides which triangles a ray hits, and their order. It is too coarse far from the
