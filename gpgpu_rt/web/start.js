@@ -67,7 +67,8 @@ function play() {
 
 function listen() {
     const on = (id, kind, does) => element(id).addEventListener(kind, does);
-    for (const id of ["method", "schedule"]) on(id, "change", () => choose());
+    on("method", "change", () => choose(chosen.asked, chosen.most));
+    on("schedule", "change", () => choose(element("schedule").value, null));
     on("heat", "change", () => {
         chosen.heat = element("heat").checked;
         show();

@@ -66,6 +66,36 @@ def test_methods_and_schedules_show_the_same_picture(page: Browser) -> None:
     assert page.run("element('steps').hidden")      # kd-stack runs under loop alone
 
 
+def test_another_method_keeps_the_schedule_and_the_step(page: Browser) -> None:
+    """kd-stack has only the schedule loop, without steps. The next method returns to the
+    schedule and the step that the reader chose. A step after the end shows the end."""
+    last = {}
+    for method, schedule in (("kd-restart", "step"), ("bvh-threaded", "step"),
+                             ("kd-stack", "loop"), ("kd-restart", "step")):
+        page.select("#method", method)
+        settle(page)
+        if not last:
+            page.run("goTo(5), 0")
+            settle(page)
+        assert page.run("[chosen.method.name, chosen.schedule]") == [method, schedule]
+        assert choices(page).get("pass") == ("5" if schedule == "step" else None)
+        last[method] = page.run("counted.last")
+        if schedule == "step":
+            assert page.run("result.turns") == 5
+    assert last["bvh-threaded"] < last["kd-restart"]
+    page.run(f"goTo({last['kd-restart']}), 0")
+    page.select("#method", "bvh-threaded")
+    settle(page)
+    end = last["bvh-threaded"]
+    assert page.run("[element('step').textContent, result.alive]") == [f"{end} of {end}", 0]
+    page.select("#schedule", "kernels")
+    settle(page)
+    for method, schedule in (("kd-stack", "loop"), ("kd-restart", "kernels")):
+        page.select("#method", method)
+        settle(page)
+        assert page.run("[chosen.schedule, chosen.most]") == [schedule, None]
+
+
 def test_the_slider_stops_the_search(page: Browser) -> None:
     before, steps = page.pixels("#picture"), page.run("counted.last")
     page.click("#pass", (0.2, 0.5))
