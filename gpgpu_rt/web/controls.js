@@ -226,7 +226,8 @@ function spaceAt() {
     const hits = hit && hit[3] !== NO_TRIANGLE;
     drawSpace({origin, direction: [...direction.slice(0, 3)], hits,
                end: hits ? hit[0] : far / Math.hypot(...direction.slice(0, 3))}, states, step);
-    element("space-text").textContent = stepLine(states, step, schedule().structure);
+    element("space-text").textContent = states ? stepLine(states, step, schedule().structure)
+        : `The page shows the ray without a path: ${chosen.method.no_path || chosen.method.missing.join("; ")}.`;
     markKernel(states ? states[Math.min(step, states.length - 1)].kernel : "", !playing);
 }
 
@@ -356,7 +357,11 @@ function sayUnread() {
     const named = (choices.find(([name]) => name === "method") || [])[1];
     const method = runnable.find(({name}) => name === named) || opening;
     const unread = choices.filter(([name, text]) => !Object.hasOwn(UNDERSTOOD, name) || !UNDERSTOOD[name](text, method))
-        .map(([name, text]) => `${name}=${text}`).map((part) => part.length > 60 ? `${part.slice(0, 60)}...` : part);
+        .map(([name, text]) => {
+            const part = `${name}=${text}`, known = Object.keys(method.schedules).join(", ");
+            return (part.length > 60 ? `${part.slice(0, 60)}...` : part)
+                + (name === "schedule" ? ` (${method.name} has ${known})` : "");
+        });
     element("unread").textContent = unread.length ? `The page cannot follow these parts of its address: ${
         unread.join("; ")}` : "";
 }

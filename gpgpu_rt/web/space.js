@@ -129,10 +129,6 @@ const colourOf = ({fields}) => fields.phase > 0 ? kernelColour(fields.phase) : E
 
 // Returns a line of text about the path's present step. `structure` is that of structure.py.
 function stepLine(path, step, structure) {
-    if (!path) {
-        return "The method traces packets, or it runs in a single pass: only the ray and its hit are shown. Other "
-            + "methods, or another schedule, show the ray's path.";
-    }
     const present = path[Math.min(step, path.length - 1)], {fields, kernel, interval, triangle} = present;
     const found = visitsOf(path.slice(0, step + 1));
     const number = (x) => Number(x.toPrecision(5));

@@ -16,7 +16,9 @@ from gpgpu_rt.methods.kdtree.records import KD_BOUNDS
 
 pytestmark = in_browser
 METHODS = ("kd-restart", "kd-backtrack", "kd-push-down", "kd-ropes", "grid", "grid-proximity",
-           "bvh-threaded", "bih", "tree-unit", "geometry-image", "brute-force", "kd-stack")
+           "bvh-threaded", "bih", "tree-unit", "geometry-image", "brute-force", "kd-stack",
+           "kd-packet")
+PATHS = METHODS[:11]
 BOXED = METHODS[:9]
 
 
@@ -62,7 +64,7 @@ def host_states(method: str, origin: np.ndarray, direction: np.ndarray
     return found, hits, tables
 
 
-@pytest.mark.parametrize("method", METHODS[:-1])
+@pytest.mark.parametrize("method", PATHS)
 def test_the_path_is_the_path_of_the_host(exact_renderer, page: Browser, method: str) -> None:
     states, origin, direction, hit = path(page, method)
     told, hits, _ = host_states(method, origin, direction)
@@ -186,11 +188,17 @@ def test_a_clicked_pixel_gets_its_ray(exact_renderer, page: Browser) -> None:
     assert not np.allclose(first, page.run("[...path.direction].slice(0, 3)"))
 
 
-def test_a_method_of_a_single_pass_shows_the_ray_alone(exact_renderer, page: Browser) -> None:
-    page.select("#method", "kd-stack")
+@pytest.mark.parametrize("method, reason", [
+    ("kd-stack", "method kd-stack runs only under schedule loop, which has one pass to look at; "
+     "watch kd-short-stack or kd-texture-stack."),
+    ("kd-packet", "method kd-packet traces packets, and a state belongs to all rays of a packet."
+     )])
+def test_a_ray_without_a_path_has_a_reason(exact_renderer, page: Browser, method: str,
+                                           reason: str) -> None:
+    page.select("#method", method)
     settle(page)
-    assert "single pass" in page.run("element('space-text').textContent")
-    assert page.run("path.states") is None
+    assert page.run("[path.states, element('space-text').textContent]") == [
+        None, f"The page shows the ray without a path: {reason}"]
 
 
 @pytest.mark.parametrize("method", ["kd-restart", "kd-push-down", "kd-backtrack", "kd-ropes",
