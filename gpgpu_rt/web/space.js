@@ -108,13 +108,13 @@ function drawSpace(ray, path, step) {
         for (const one of past.slice(-MOST_BOXES)) {
             if (one.kernel && one.interval) stroke(colourOf(one), 2.5, 0.5, () => line(...one.interval.map(at)));
         }
-        const {latest, times} = visitsOf(past);
+        const {latest, restarts} = visitsOf(past);
         if (latest) {
             context.setLineDash([9, 7]);
             stroke("#20242b", 2, 0.9, () => box(latest.box));
             context.setLineDash([]);
             write(Array.from({length: 8}, (_, k) => boxCorner(latest.box, k)),
-                  `restart at ${nodeName(latest)}, visit ${times.get(latest.place)}`);
+                  `restart ${restarts}, at ${nodeName(latest)}`);
         }
         if (present.box) stroke(colourOf(present), 2.5, 1, () => box(present.box));
         if (present.triangle) stroke(colourOf(present), 3, 1, () => triangle(present.triangle));
@@ -139,6 +139,8 @@ function stepLine(path, step, structure) {
     if (kernel && interval) parts.push(`t = ${interval.map(number).join(" to ")}`);
     if (found.latest === present) parts.push(`restarts at ${nodeName(present)}`);
     if (triangle) parts.push("the triangle under test is bold");
-    const counts = structure.boxes ? `; ${visitWords(found, structure)}` : "";
+    // The ray has not yet visited the node for which it waits.
+    const visited = {...visitsOf(path.slice(0, step)), restarts: found.restarts};
+    const counts = structure.boxes ? `; ${visitWords(visited, structure)}` : "";
     return `The ray: ${parts.join(", ")}${counts}.`;
 }

@@ -31,10 +31,11 @@ def page(tmp_path_factory) -> Iterator[Browser]:
 
 
 def path(page: Browser, method: str) -> tuple[list[dict], np.ndarray, np.ndarray, np.ndarray]:
-    """Returns the ray's path that the page holds for a method: states, origin, direction and
+    """Shows the whole path of the ray by a method. Returns its states, origin, direction and
     hit."""
     page.select("#method", method)
     page.select("#schedule", "step")
+    page.run("goTo(null), 0")
     settle(page)
     states, *rest = page.run("[path.states, path.origin, [...path.direction].slice(0, 3), "
                              "[...path.hit]]")
@@ -227,3 +228,15 @@ def test_visits_and_restarts_are_the_hosts(exact_renderer, page: Browser, method
         assert len(again) == restarts
         at = page.run(f"stepLine(path.states, {again[0]}, schedule().structure)")
         assert "restarts at the root" in at and "1 restart so far" in at
+        downs = np.cumsum([0] + [one["kernel"] == "down" for one in states])
+        for step in (0, 1, 2, again[0], again[0] + 1):  # `down` has run for the visited nodes
+            at = page.run(f"stepLine(path.states, {step}, schedule().structure)")
+            assert f"; {downs[step]:,} visit" in at
+        texts = page.run("""{
+            const context = space.getContext("2d"), texts = [];
+            context.fillText = (text) => texts.push(text);
+            spaceAt();
+            delete context.fillText;
+            texts;
+        }""")
+        assert texts == [f"restart {restarts}, at the root"]
