@@ -209,6 +209,7 @@ follow its ray. The address keeps what you chose, so that you can share it.</p>
 <div class="column">
 <section>
 <canvas id="space" role="img" aria-label="The ray in space" width="720" height="720"></canvas>
+<p class="hint">The mouse wheel, or a pinch, zooms the drawing.</p>
 <p id="space-text"></p>
 </section>
 <section class="second">

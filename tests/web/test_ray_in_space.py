@@ -177,6 +177,55 @@ def test_a_drag_turns_the_space(exact_renderer, page: Browser) -> None:
     assert np.array_equal(picture, page.pixels("#picture"))
 
 
+PLACE = """(() => {
+    const [x, y] = projector(space.getContext("2d")).placeOf(pivot).map(
+        (at) => at / space.width * space.clientWidth), box = space.getBoundingClientRect();
+    return [box.left + space.clientLeft + x, box.top + space.clientTop + y];
+})()"""      # where the page shows the point of the ray that the present step has reached
+
+
+def test_the_wheel_zooms_the_space(exact_renderer, page: Browser) -> None:
+    """The point under the pointer stays in its place. A zoomed drawing turns about the ray's
+    present point. If the drawing is as small as possible, the wheel scrolls the page."""
+    path(page, "kd-restart")
+    page.run("goTo(5), 0")
+    settle(page)
+    page.box("#space")
+    before, pixels = np.array(page.run(PLACE)), page.pixels("#space")
+    pointer = before.round()        # the browser rounds a pointer's place
+    for _ in range(6):
+        page.wheel(*pointer, -100)
+    zoom = page.wait("spaceView.zoom > 5 && spaceView.zoom")
+    zoomed = page.run(PLACE)
+    assert zoomed == pytest.approx(pointer + zoom * (before - pointer), abs=0.1)
+    assert (pixels != page.pixels("#space")).any(axis=2).mean() > 0.01
+    yaw = page.run("spaceView.yaw")
+    page.drag("#space", (0.3, 0.5), (0.4, 0.5), (0.5, 0.5))
+    assert page.run("spaceView.yaw") < yaw - 0.1
+    assert page.run(PLACE) == pytest.approx(zoomed, abs=0.1)
+    page.run("scrollTo(0, 0)")
+    page.wheel(*pointer, 2000)
+    page.wait("spaceView.zoom === 1")
+    assert page.run("[...spaceView.pan, scrollY]") == [0, 0, 0]
+    page.wheel(*pointer, 100)
+    page.wait("scrollY > 0")
+
+
+def test_two_fingers_zoom_the_space(exact_renderer, page: Browser) -> None:
+    path(page, "kd-restart")
+    page.run("zoomSpace(0, [0, 0])")
+    left, top, width, height = page.box("#space")
+    x, y = left + 0.5 * width, top + 0.5 * height
+    yaw = page.run("spaceView.yaw")
+    for kind, *ways in (("touchStart", -50), ("touchStart", -50, 50), ("touchMove", -100, 100),
+                        ("touchMove", -150, 150), ("touchEnd",)):
+        page.send("Input.dispatchTouchEvent", type=kind, touchPoints=[
+            {"x": x + way, "y": y, "id": k} for k, way in enumerate(ways)])
+    assert page.run("spaceView.zoom") == pytest.approx(3, rel=0.05)
+    assert page.run("[touches.size, spaceView.yaw]") == [0, yaw]
+    page.run("zoomSpace(0, [0, 0])")
+
+
 def test_a_clicked_pixel_gets_its_ray(exact_renderer, page: Browser) -> None:
     path(page, "bvh-threaded")
     page.click("#picture", (0.25, 0.25))
