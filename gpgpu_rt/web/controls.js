@@ -360,7 +360,7 @@ function sayUnread() {
         .map(([name, text]) => {
             const part = `${name}=${text}`, known = Object.keys(method.schedules).join(", ");
             return (part.length > 60 ? `${part.slice(0, 60)}...` : part)
-                + (name === "schedule" ? ` (${method.name} has ${known})` : "");
+                + (name === "schedule" ? ` (${method.name} has only ${known})` : "");
         });
     element("unread").textContent = unread.length ? `The page cannot follow these parts of its address: ${
         unread.join("; ")}` : "";

@@ -215,7 +215,7 @@ def test_a_wrong_address_is_named(page: Browser) -> None:
                   "method=kd-stack&schedule=step", "<img src=x>=1"):
         page.run(f"location.hash = '{right}'")
         page.wait(shown)
-        known = page.run("` (${chosen.method.name} has ${Object.keys(chosen.method.schedules)"
+        known = page.run("` (${chosen.method.name} has only ${Object.keys(chosen.method.schedules)"
                          ".join(', ')})`") if "schedule" in right else ""
         assert page.run(shown).endswith(f": {right.rpartition('&')[2]}{known}")
         settle(page)
@@ -227,7 +227,7 @@ def test_a_wrong_address_is_named(page: Browser) -> None:
     page.wait(shown)
     settle(page)
     told = page.run(shown)
-    known = "(kd-restart has loop, step, kernels)"
+    known = "(kd-restart has only loop, step, kernels)"
     assert told.endswith(f": method=a; schedule=b {known}; rays=c; pass=d") and "\n" not in told
     assert page.run("[element('unread').children.length, chosen.method.name]") == [0, METHODS[0]]
 
