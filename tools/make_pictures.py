@@ -93,10 +93,9 @@ def page(folder: Path, target: Path) -> None:
     run(folder, "web", "teapot", "-m", "kd-restart", "-o", "page.html")
     subprocess.run([chromium, "--headless=new", "--no-sandbox", "--use-gl=angle",
                     "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-                    "--window-size=1085,660", "--virtual-time-budget=20000",
+                    "--window-size=1085,745", "--virtual-time-budget=20000",
                     f"--user-data-dir={folder / 'profile'}",
-                    f"--screenshot={folder / 'page.png'}", (folder / "page.html").as_uri()
-                    + "#rays=256"],
+                    f"--screenshot={folder / 'page.png'}", (folder / "page.html").as_uri()],
                    check=True, stderr=subprocess.DEVNULL)
     small(folder / "page.png", target, DRAWING)
 

@@ -28,6 +28,7 @@ from .observe import observe_states
 
 Fields = dict[str, np.ndarray]
 INTERSECT = 2    # the phase of packets at a leaf; a separate pass tests their rays
+_ALONE = "runs only under schedule loop, which has one pass to look at"
 ENDS = {DONE: "done", UNFINISHED: "stopped by the step cap", OVERFLOWN: "stack full"}
 
 
@@ -104,11 +105,17 @@ def _one_pass(tracer: Tracer) -> str:
     row = find_method(method.name)
     bound = [o for o in TRACER_OPTIONS + row.options if options[o.name] != o.default
              and {*row.schedules_for({**options, o.name: o.default})} > {"loop"}]
-    given = " with " + ", ".join(f"{o.name}={spell(options[o.name])}" for o in bound)
-    return (f"method {method.name}{given if bound else ''} runs only under schedule loop, which "
-            "has one pass to look at; "
-            + (f"leave {' or '.join(o.name for o in bound)} out" if bound else
-               f"watch {' or '.join(watchable_relatives(row)) or 'another method'}"))
+    if not bound:
+        return one_pass_alone(row)
+    given = ", ".join(f"{o.name}={spell(options[o.name])}" for o in bound)
+    return (f"method {method.name} with {given} {_ALONE}; "
+            f"leave {' or '.join(o.name for o in bound)} out")
+
+
+def one_pass_alone(method: Method) -> str:
+    """Return a message for a method that runs only under ``loop``: it names methods to watch."""
+    relatives = " or ".join(watchable_relatives(method)) or "another method"
+    return f"method {method.name} {_ALONE}; watch {relatives}"
 
 
 def watchable_relatives(method: Method) -> list[str]:

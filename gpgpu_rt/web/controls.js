@@ -1,13 +1,14 @@
 // The controls of a page: what the reader has chosen, the pictures, and the ray of a clicked pixel.
 
 const opening = runnable.find(({name}) => name === page.opens) || runnable[0];
-const chosen = {method: opening, schedule: null, most: null, heat: false, scale: null, side: opening.test.side,
-                ray: null, camera: page.camera};
+// The page opens a method with the first of these schedules that the method has. `loop` has no steps to show.
+const OPENS = ["step", "kernels", "loop"];
+// `asked`: the schedule that the reader chose. A method without it runs under another schedule, `schedule`.
+const chosen = {method: opening, schedule: null, asked: OPENS[0], most: null, heat: false, scale: null,
+                side: opening.test.side, ray: null, camera: page.camera};
 const ANSWER = 40;          // milliseconds that a picture may take while the camera turns
 const PROGRESS = 250;       // milliseconds between two pictures of an unfinished trace
 const PLAYED = 240;         // approximate number of pictures when a search is played
-// The page opens a method with the first of these schedules that the method has. `loop` has no steps to show.
-const OPENS = ["step", "kernels", "loop"];
 const SIDES = [512, 384, 256, 192, 128, 96, 64, 48, 32];
 let surfaces = null, result = null, busy = false, wanted = false, playing = false, lost = false;
 let counted = null, path = null;    // the result of `survey` for a whole search, and the path of the clicked ray
@@ -212,7 +213,7 @@ async function follow() {
 
 // Draws the ray in space at the present step, and marks the next kernel.
 function spaceAt() {
-    const whole = chosen.most === null || schedule().cycles.length > 1, step = whole ? Infinity : chosen.most;
+    const whole = chosen.most === null || schedule().cycles.length !== 1, step = whole ? Infinity : chosen.most;
     const states = path && path.states;
     if (!path) {
         drawSpace(null, null, 0);
@@ -225,7 +226,8 @@ function spaceAt() {
     const hits = hit && hit[3] !== NO_TRIANGLE;
     drawSpace({origin, direction: [...direction.slice(0, 3)], hits,
                end: hits ? hit[0] : far / Math.hypot(...direction.slice(0, 3))}, states, step);
-    element("space-text").textContent = stepLine(states, step, schedule().structure);
+    element("space-text").textContent = states ? stepLine(states, step, schedule().structure)
+        : `The page shows the ray without a path: ${chosen.method.no_path || chosen.method.missing.join("; ")}.`;
     markKernel(states ? states[Math.min(step, states.length - 1)].kernel : "", !playing);
 }
 
@@ -246,16 +248,18 @@ function describe(x, y) {
 
 // Choices -------------------------------------------------------------------------------------------------
 
-// Chooses the page's selected method, the schedule `name`, and the picture's step `most` (null: the whole search).
-function choose(name = element("schedule").value, most = null) {
+// Chooses the page's selected method, the schedule `name`, and the picture's step `most` (null: the whole search). A
+// method with a single schedule leaves no choice, so `chosen.asked` then stays the same for the next method.
+function choose(name, most) {
     chosen.method = page.methods.find(({name}) => name === element("method").value);
     const names = Object.keys(chosen.method.schedules), list = element("schedule");
     if (list.dataset.owner !== chosen.method.name) {
         list.replaceChildren(...names.map((one) => new Option(one, one)));
         list.dataset.owner = chosen.method.name;
     }
+    if (names.length > 1) chosen.asked = name;
     chosen.schedule = list.value = [name, ...OPENS].find((one) => names.includes(one));
-    chosen.most = schedule().repeats ? most : null;
+    chosen.most = most;
     chosen.heat = element("heat").checked;
     for (const id of ["pass", "play", "heat", "scale", "percentile"]) element(id).disabled = !schedule().repeats;
     element("steps").hidden = !schedule().repeats;
@@ -318,7 +322,7 @@ function sideways(eye, camera) {
 function remember() {
     const choices = new URLSearchParams({method: chosen.method.name, schedule: chosen.schedule,
                                          rays: element("size").value});
-    if (chosen.most !== null) choices.set("pass", chosen.most);
+    if (chosen.most !== null && schedule().repeats) choices.set("pass", chosen.most);
     if (chosen.heat) choices.set("heat", chosen.scale || 1);
     if (chosen.ray) choices.set("ray", chosen.ray.map((at) => Number(at.toFixed(4))).join(","));
     const {camera} = chosen;
@@ -353,7 +357,11 @@ function sayUnread() {
     const named = (choices.find(([name]) => name === "method") || [])[1];
     const method = runnable.find(({name}) => name === named) || opening;
     const unread = choices.filter(([name, text]) => !Object.hasOwn(UNDERSTOOD, name) || !UNDERSTOOD[name](text, method))
-        .map(([name, text]) => `${name}=${text}`).map((part) => part.length > 60 ? `${part.slice(0, 60)}...` : part);
+        .map(([name, text]) => {
+            const part = `${name}=${text}`, known = Object.keys(method.schedules).join(", ");
+            return (part.length > 60 ? `${part.slice(0, 60)}...` : part)
+                + (name === "schedule" ? ` (${method.name} has only ${known})` : "");
+        });
     element("unread").textContent = unread.length ? `The page cannot follow these parts of its address: ${
         unread.join("; ")}` : "";
 }

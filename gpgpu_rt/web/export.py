@@ -14,6 +14,7 @@ import numpy as np
 from ..errors import OptionError
 from ..gl.context import open_gpu
 from ..gl.shader import compilations
+from ..inspect.time_travel import one_pass_alone
 from ..methods import Method, find_method, methods
 from ..scene.scene import Scene
 from ..tracer import Tracer
@@ -38,6 +39,7 @@ class WebMethod:
     schedules : schedule -> its passes, for all schedules that run in a browser
     test : the image's ``side``, the ``eye``, and the indices of two tables of `PageData`:
         ``directions`` of the test's rays, and ``hits`` (t, u, v, and the triangle or -1)
+    no_path : why the page shows no path of a ray; "" if it does
     costs : the steps and nodes of the test's rays, the ray with the most steps, and the step at
         which the page opens
     """
@@ -48,6 +50,7 @@ class WebMethod:
     about: Sequence[str]
     schedules: Mapping[str, Any]
     test: Mapping[str, Any]
+    no_path: str
     costs: Mapping[str, Any]
 
 
@@ -58,6 +61,14 @@ def why_not_in_browser(row: Method) -> str:
     if row.schedules == ("kernels",):
         return "its host reads lists back between passes, or draws triangles instead of rays"
     return "the host builds the method's table anew for the rays of each call"
+
+
+def _why_no_path(row: Method, left_out: Mapping[str, str]) -> str:
+    """Return why a page shows no path of a ray; "" if it does. ``left_out`` maps each schedule
+    that does not run on the page to the reason."""
+    if row.packet:
+        return f"method {row.name} traces packets, and a state belongs to all rays of a packet"
+    return one_pass_alone(row) if row.schedules == ("loop",) else left_out.get("step", "")
 
 
 def web_names(names: list[str] | None = None) -> list[str]:
@@ -82,7 +93,7 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
     OptionError
         if no schedule of the method runs in a browser
     """
-    row, schedules, test, why = find_method(name), {}, {}, ""
+    row, schedules, test, left_out = find_method(name), {}, {}, {}
     tables.scene(scene)
     for schedule in SCHEDULES:
         if schedule not in row.schedules:
@@ -100,7 +111,7 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
                 with tracer.gpu:
                     found = Described(tracer, passes, TEST_SIDE, tables, compiled)
             except NotInBrowser as reason:
-                why = str(reason)
+                left_out[schedule] = str(reason)
                 continue
         schedules[schedule] = found.told()
         test = {"side": TEST_SIDE, "eye": [float(x) for x in scene.camera.eye],
@@ -109,9 +120,9 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
                     hits.t, hits.u, hits.v, np.where(hits.hit, hits.triangle, -1)
                 ]).astype(np.float32))}
     if not schedules:
-        raise OptionError(f"{name} does not run in a browser: {why}")
+        raise OptionError(f"{name} does not run in a browser: {[*left_out.values()][-1]}")
     return WebMethod(name, row.summary, row.citation, about(row), schedules, test,
-                     ray_costs(scene, name, TEST_SIDE))
+                     _why_no_path(row, left_out), ray_costs(scene, name, TEST_SIDE))
 
 
 def _hand_back(tracer: Tracer) -> None:

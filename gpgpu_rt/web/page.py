@@ -93,9 +93,9 @@ def page_text(scene: Scene, methods: list[WebMethod], tables: PageData, title: s
     # Escape "<", so that the description cannot end its own element or begin markup.
     description = json.dumps(told).replace("<", "\\u003c")
     one = f"{methods[0].name} on " if len(methods) == 1 else ""
+    link = f'<a id="all" href="{escape(index)}">All pages</a>\n' if index else ""
     return _PAGE.format(policy=policy, title=escape(title or f"{one}{scene.title} in WebGL 2"),
-                        index=f'<p><a href="{escape(index)}">All pages</a></p>\n' if index else "",
-                        sizes="".join(map(_size_option, SIZES)),
+                        index=link, sizes="".join(map(_size_option, SIZES)),
                         caption=f'<p id="caption">{escape(caption)}</p>' if caption else "",
                         style=style, script=script, description=description, side=SIDE,
                         test_side=TEST_SIDE, costs="".join(map(_cost_row, methods)),
@@ -209,6 +209,7 @@ follow its ray. The address keeps what you chose, so that you can share it.</p>
 <div class="column">
 <section>
 <canvas id="space" role="img" aria-label="The ray in space" width="720" height="720"></canvas>
+<p class="hint">The mouse wheel, or a pinch, zooms the drawing.</p>
 <p id="space-text"></p>
 </section>
 <section class="second">

@@ -3,8 +3,10 @@
 const space = element("space");
 const ENDED = "#8a93a0";    // colour of a step after which the ray has ended
 const MOST_BOXES = 300;     // older boxes are left out
-const spaceView = {yaw: 0.6, pitch: 0.3};
-let wires = null;
+const MOST_ZOOM = 200;      // tells the smallest leaves of a large scene apart
+// `zoom` and `pan` (in pixels of the drawing) scale and shift the projected scene.
+const spaceView = {yaw: 0.6, pitch: 0.3, zoom: 1, pan: [0, 0]};
+let wires = null, pivot = null;     // pivot: the point where the ray is at the present step
 
 // Decodes the edges. Corners of triangles are integers from 0 to 4095 across the scene's box.
 async function loadWires() {
@@ -31,7 +33,7 @@ function sceneEdges() {
     return edges.canvas;
 }
 
-// Returns three functions: they draw a segment, draw a dot, and write a text above points.
+// Returns four functions: they draw a segment, draw a dot, write a text above points, and return a point's place.
 function projector(context) {
     const {lo, hi} = wires, centre = lo.map((x, k) => (x + hi[k]) / 2);
     const radius = Math.hypot(...hi.map((x, k) => x - lo[k])) / 2 || 1, up = unit(page.camera.up);
@@ -45,7 +47,8 @@ function projector(context) {
     const zoom = 0.5 * space.width / Math.tan(24 * Math.PI / 180), near = 0.05 * radius;
     const along = (a, x, y, z) => a[0] * (x - eye[0]) + a[1] * (y - eye[1]) + a[2] * (z - eye[2]);
     const seen = (p) => [right, top, forward].map((axis) => along(axis, ...p));
-    const place = (p) => [space.width / 2 + zoom * p[0] / p[2], space.width / 2 - zoom * p[1] / p[2]];
+    const place = (p) => [zoom * p[0] / p[2], -zoom * p[1] / p[2]].map(
+        (x, k) => spaceView.zoom * (space.width / 2 + x) + spaceView.pan[k]);
     const dot = (point) => {
         const p = seen(point);
         if (p[2] < near) return;
@@ -59,17 +62,63 @@ function projector(context) {
         const [x, y] = points.reduce((a, b) => b[1] < a[1] ? b : a, [Infinity, Infinity]);
         Object.assign(context, {fillStyle: "#20242b", globalAlpha: 1, font: "20px system-ui, sans-serif",
                                 textAlign: x < space.width / 2 ? "left" : "right"});
-        context.fillText(text, x, y - 8);
+        context.fillText(text, inside(x, 8), inside(y - 8, 24));
     };
     const line = (a, b) => {
         let [p, q] = [seen(a), seen(b)];
         if (p[2] < near && q[2] < near) return;
         if (p[2] < near) [p, q] = [q, p];
         if (q[2] < near) q = q.map((x, k) => x + (p[k] - x) * (near - q[2]) / (p[2] - q[2]));
-        context.moveTo(...place(p));
-        context.lineTo(...place(q));
+        const ends = insideEnds(place(p), place(q));
+        if (!ends) return;
+        context.moveTo(...ends[0]);
+        context.lineTo(...ends[1]);
     };
-    return {line, dot, write};
+    return {line, dot, write, placeOf: (point) => place(seen(point))};
+}
+
+// Returns the ends of the part of a segment that lies in the drawing, or null. A canvas draws long segments slowly, and
+// a zoomed segment can be MOST_ZOOM times as long as the drawing.
+function insideEnds(a, b) {
+    let [from, to] = [0, 1];
+    for (const k of [0, 1]) {
+        const sides = [-20, space.width + 20].map((side) => (side - a[k]) / (b[k] - a[k]));
+        [from, to] = [Math.max(from, Math.min(...sides)), Math.min(to, Math.max(...sides))];
+    }
+    return from < to ? [from, to].map((share) => a.map((x, k) => x + share * (b[k] - x))) : null;
+}
+
+// Returns the place `x` in the drawing, moved at least `margin` pixels inside.
+const inside = (x, margin) => Math.max(margin, Math.min(space.width - margin, x));
+
+// Shifts the drawing by pixels. Zoomed or not, it covers the whole canvas.
+function shiftSpace(way) {
+    const {zoom, pan} = spaceView;
+    spaceView.pan = pan.map((x, k) => Math.max(space.width * (1 - zoom), Math.min(0, x + way[k])));
+}
+
+// Zooms the drawing by a factor, about a place of the page. Returns whether the zoom changes.
+function zoomSpace(factor, [x, y]) {
+    const before = spaceView.zoom, box = space.getBoundingClientRect();
+    spaceView.zoom = Math.max(1, Math.min(MOST_ZOOM, before * factor));
+    if (spaceView.zoom === before) return false;
+    const pixels = space.width / space.clientWidth, growth = spaceView.zoom / before;
+    const at = [x - box.left - space.clientLeft, y - box.top - space.clientTop].map((one) => one * pixels);
+    shiftSpace(at.map((one, k) => (one - spaceView.pan[k]) * (1 - growth)));
+    spaceAt();
+    return true;
+}
+
+// Turns the drawing by angles. If the drawing is zoomed, the ray's present place stays where it is.
+function turnSpace(yaw, pitch) {
+    if (!wires) return;
+    const {lo, hi} = wires, at = lo.map((x, k) => pivot ? Math.max(x, Math.min(hi[k], pivot[k])) : (x + hi[k]) / 2);
+    const seen = () => projector(space.getContext("2d")).placeOf(at), before = seen();
+    spaceView.yaw += yaw;
+    spaceView.pitch = Math.max(-1.4, Math.min(1.4, spaceView.pitch + pitch));
+    const after = seen();
+    shiftSpace(before.map((x, k) => x - after[k]));
+    spaceAt();
 }
 
 const boxCorner = ([lo, hi], number) => lo.map((x, k) => number >> k & 1 ? hi[k] : x);
@@ -92,10 +141,12 @@ function drawSpace(ray, path, step) {
     context.drawImage(sceneEdges(), 0, 0);
     stroke("#5b6472", 1, 0.5, () => box([wires.lo, wires.hi]));
     space.dataset.boxes = 0;
+    pivot = null;
     if (!ray) return;
     const at = (t) => ray.origin.map((x, k) => x + Math.min(t, ray.end) * ray.direction[k]);
     stroke("#20242b", 1.5, 0.9, () => line(ray.origin, at(Infinity)));
     const present = path ? path[Math.min(step, path.length - 1)] : null;
+    pivot = at(present && present.kernel && present.interval ? present.interval[0] : Infinity);
     if (path) {
         const past = path.slice(0, step + 1), boxes = new Map();
         for (const one of past) if (one.box) boxes.set(String(one.box), one);
@@ -108,13 +159,13 @@ function drawSpace(ray, path, step) {
         for (const one of past.slice(-MOST_BOXES)) {
             if (one.kernel && one.interval) stroke(colourOf(one), 2.5, 0.5, () => line(...one.interval.map(at)));
         }
-        const {latest, times} = visitsOf(past);
+        const {latest, restarts} = visitsOf(past);
         if (latest) {
             context.setLineDash([9, 7]);
             stroke("#20242b", 2, 0.9, () => box(latest.box));
             context.setLineDash([]);
             write(Array.from({length: 8}, (_, k) => boxCorner(latest.box, k)),
-                  `restart at ${nodeName(latest)}, visit ${times.get(latest.place)}`);
+                  `restart ${restarts}, at ${nodeName(latest)}`);
         }
         if (present.box) stroke(colourOf(present), 2.5, 1, () => box(present.box));
         if (present.triangle) stroke(colourOf(present), 3, 1, () => triangle(present.triangle));
@@ -129,10 +180,6 @@ const colourOf = ({fields}) => fields.phase > 0 ? kernelColour(fields.phase) : E
 
 // Returns a line of text about the path's present step. `structure` is that of structure.py.
 function stepLine(path, step, structure) {
-    if (!path) {
-        return "The method traces packets, or it runs in a single pass: only the ray and its hit are shown. Other "
-            + "methods, or another schedule, show the ray's path.";
-    }
     const present = path[Math.min(step, path.length - 1)], {fields, kernel, interval, triangle} = present;
     const found = visitsOf(path.slice(0, step + 1));
     const number = (x) => Number(x.toPrecision(5));
@@ -143,6 +190,8 @@ function stepLine(path, step, structure) {
     if (kernel && interval) parts.push(`t = ${interval.map(number).join(" to ")}`);
     if (found.latest === present) parts.push(`restarts at ${nodeName(present)}`);
     if (triangle) parts.push("the triangle under test is bold");
-    const counts = structure.boxes ? `; ${visitWords(found, structure)}` : "";
+    // The ray has not yet visited the node for which it waits.
+    const visited = {...visitsOf(path.slice(0, step)), restarts: found.restarts};
+    const counts = structure.boxes ? `; ${visitWords(visited, structure)}` : "";
     return `The ray: ${parts.join(", ")}${counts}.`;
 }

@@ -27,6 +27,31 @@ function onDrag(one, turned, clicked, ended) {
     for (const kind of ["pointerup", "pointercancel"]) one.addEventListener(kind, end);
 }
 
+const touches = new Map();      // pointer that is pressed on the drawing -> its place on the page
+
+// Calls `zoomed` with a factor and a place on the page when the reader turns the wheel or moves two fingers. `zoomed`
+// returns whether it has zoomed; otherwise the wheel scrolls the page.
+function onZoom(one, zoomed) {
+    const place = (event) => [event.clientX, event.clientY];
+    one.addEventListener("wheel", (event) => {
+        // The pinch of a trackpad arrives as a slower wheel, with the control key.
+        const factor = Math.exp(-event.deltaY * (event.ctrlKey ? 0.01 : 0.003));
+        if (zoomed(factor, place(event)) || event.ctrlKey) event.preventDefault();
+    }, {passive: false});
+    one.addEventListener("pointerdown", (event) => touches.set(event.pointerId, place(event)));
+    one.addEventListener("pointermove", (event) => {
+        if (!touches.has(event.pointerId)) return;
+        const [a, b] = touches.values();
+        touches.set(event.pointerId, place(event));
+        if (touches.size !== 2) return;
+        const [c, d] = touches.values(), length = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1]);
+        zoomed(length(c, d) / Math.max(1, length(a, b)), c.map((x, k) => (x + d[k]) / 2));
+    });
+    for (const kind of ["pointerup", "pointercancel"]) {
+        one.addEventListener(kind, (event) => touches.delete(event.pointerId));
+    }
+}
+
 function turnCamera(dx, dy) {
     dragging = true;
     const {eye, target: at, up} = chosen.camera, offset = eye.map((x, k) => x - at[k]);
@@ -42,12 +67,6 @@ function pick(event) {
     chosen.ray = [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height]
         .map((at) => Math.max(0, Math.min(1, at)));
     show();
-}
-
-function turnSpace(dx, dy) {
-    spaceView.yaw -= 0.01 * dx;
-    spaceView.pitch = Math.max(-1.4, Math.min(1.4, spaceView.pitch + 0.01 * dy));
-    spaceAt();
 }
 
 function goTo(step) {
@@ -67,7 +86,8 @@ function play() {
 
 function listen() {
     const on = (id, kind, does) => element(id).addEventListener(kind, does);
-    for (const id of ["method", "schedule"]) on(id, "change", () => choose());
+    on("method", "change", () => choose(chosen.asked, chosen.most));
+    on("schedule", "change", () => choose(element("schedule").value, null));
     on("heat", "change", () => {
         chosen.heat = element("heat").checked;
         show();
@@ -95,7 +115,8 @@ function listen() {
         dragging = false;
         show();
     });
-    onDrag(space, turnSpace, () => {}, () => {});
+    onDrag(space, (dx, dy) => touches.size < 2 && turnSpace(-0.01 * dx, 0.01 * dy), () => {}, () => {});
+    onZoom(space, zoomSpace);
     addEventListener("hashchange", () => choose(...recall()));
 }
 

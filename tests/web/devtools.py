@@ -128,6 +128,10 @@ class Browser:
         self.send("Input.dispatchMouseEvent", type=f"mouse{kind.capitalize()}", x=x, y=y,
                   button=button, buttons=int(kind != "released"), clickCount=1)
 
+    def wheel(self, x: float, y: float, pixels: float) -> None:
+        """Turns the mouse wheel at a point. Negative pixels turn it away from the reader."""
+        self.send("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=pixels)
+
     def drag(self, selector: str, start: tuple[float, float], *ends: tuple[float, float]) -> None:
         """Drags over an element. A point (x, y) gives shares of the element's width and height."""
         left, top, width, height = self.box(selector)

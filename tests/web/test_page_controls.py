@@ -66,6 +66,36 @@ def test_methods_and_schedules_show_the_same_picture(page: Browser) -> None:
     assert page.run("element('steps').hidden")      # kd-stack runs under loop alone
 
 
+def test_another_method_keeps_the_schedule_and_the_step(page: Browser) -> None:
+    """kd-stack has only the schedule loop, without steps. The next method returns to the
+    schedule and the step that the reader chose. A step after the end shows the end."""
+    last = {}
+    for method, schedule in (("kd-restart", "step"), ("bvh-threaded", "step"),
+                             ("kd-stack", "loop"), ("kd-restart", "step")):
+        page.select("#method", method)
+        settle(page)
+        if not last:
+            page.run("goTo(5), 0")
+            settle(page)
+        assert page.run("[chosen.method.name, chosen.schedule]") == [method, schedule]
+        assert choices(page).get("pass") == ("5" if schedule == "step" else None)
+        last[method] = page.run("counted.last")
+        if schedule == "step":
+            assert page.run("result.turns") == 5
+    assert last["bvh-threaded"] < last["kd-restart"]
+    page.run(f"goTo({last['kd-restart']}), 0")
+    page.select("#method", "bvh-threaded")
+    settle(page)
+    end = last["bvh-threaded"]
+    assert page.run("[element('step').textContent, result.alive]") == [f"{end} of {end}", 0]
+    page.select("#schedule", "kernels")
+    settle(page)
+    for method, schedule in (("kd-stack", "loop"), ("kd-restart", "kernels")):
+        page.select("#method", method)
+        settle(page)
+        assert page.run("[chosen.schedule, chosen.most]") == [schedule, None]
+
+
 def test_the_slider_stops_the_search(page: Browser) -> None:
     before, steps = page.pixels("#picture"), page.run("counted.last")
     page.click("#pass", (0.2, 0.5))
@@ -176,7 +206,8 @@ def test_the_address_is_followed(page: Browser) -> None:
 
 
 def test_a_wrong_address_is_named(page: Browser) -> None:
-    """The page names each part of the address that it cannot follow, as text without markup."""
+    """The page names each part of the address that it cannot follow, as text without markup. For
+    a schedule, it also names the schedules of the method."""
     shown = "element('unread').textContent"
     assert page.run(shown) == ""
     for right in ("method=grid2", "schedule=toString", "rays=77", "pass=abc", "pass=0", "heat=x",
@@ -184,7 +215,9 @@ def test_a_wrong_address_is_named(page: Browser) -> None:
                   "method=kd-stack&schedule=step", "<img src=x>=1"):
         page.run(f"location.hash = '{right}'")
         page.wait(shown)
-        assert page.run(shown).endswith(f": {right.rpartition('&')[2]}")
+        known = page.run("` (${chosen.method.name} has only ${Object.keys(chosen.method.schedules)"
+                         ".join(', ')})`") if "schedule" in right else ""
+        assert page.run(shown).endswith(f": {right.rpartition('&')[2]}{known}")
         settle(page)
         page.run("location.hash = 'method=bvh-threaded&schedule=step&rays=64&pass=7&heat=9"
                  "&ray=0.2,0.6&eye=100,200,-900'")
@@ -194,7 +227,8 @@ def test_a_wrong_address_is_named(page: Browser) -> None:
     page.wait(shown)
     settle(page)
     told = page.run(shown)
-    assert told.endswith(": method=a; schedule=b; rays=c; pass=d") and "\n" not in told
+    known = "(kd-restart has only loop, step, kernels)"
+    assert told.endswith(f": method=a; schedule=b {known}; rays=c; pass=d") and "\n" not in told
     assert page.run("[element('unread').children.length, chosen.method.name]") == [0, METHODS[0]]
 
 
@@ -289,53 +323,6 @@ def test_counts_of_another_trace_are_not_shown(page: Browser) -> None:
         steps();
         return shown;
     })()""") == ["", ""]
-
-
-def test_packets_are_called_packets(exact_renderer, browser: Browser, tmp_path: Path) -> None:
-    opened(browser, tmp_path, written(("bvh-packet", "kd-texture-stack")),
-           "method=bvh-packet&schedule=step&rays=64&pass=3")
-    packets = 64 * 64 // 4
-    assert f"of {packets:,} packets are alive" in browser.run("element('alive-text').textContent")
-    assert " packets alive" in browser.run("element('counts').textContent")
-    browser.select("#method", "kd-texture-stack")
-    settle(browser)
-    assert " rays alive" in browser.run("element('counts').textContent")
-
-
-PACKETS = ("bvh-packet", "kd-packet", "kd-ropes-packet", "bvh-stack")   # bvh-stack: 1 x 1 rays
-
-
-@pytest.mark.parametrize("method", PACKETS)
-def test_both_counts_of_live_packets_are_equal(exact_renderer, browser: Browser, tmp_path: Path,
-                                               method: str) -> None:
-    """At each position of the slider, the chart and the line about the picture have the same
-    number of live packets. The slider ends where no packet is alive. Each colour of a waiting
-    packet is in the legend, and the program has a mark for each kernel."""
-    opened(browser, tmp_path, written(PACKETS), f"method={method}&schedule=step&rays=64")
-    last = browser.run("counted.last")
-    assert browser.run("[result.alive, counted.alive[0] > 0]") == [0, True]
-    all_, noun = ("4,096", "rays") if method == "bvh-stack" else ("1,024", "packets")
-    kernels, names = set(), browser.run("schedule().structure.kernels")
-    for step in sorted({1, 2, 5, last // 3, last // 2, last - 5, last - 1, last}):
-        browser.run(f"goTo({step}), 0")
-        settle(browser)
-        chart, line, phases = browser.run("""[element("alive-text"), element("counts")].map(
-            (one) => one.textContent).concat([(() => {
-                const [texel, channel] = field(schedule(), "phase");
-                const values = readTexture(
-                    result.states[texel], ...sizeOf.get(result.states[texel]));
-                return [...new Set(values.filter((_, k) => k % 4 === channel))];
-            })()])""")
-        alive = browser.run("result.alive")
-        assert (alive > 0) == (step < last)
-        assert chart.startswith(f"{alive:,} of {all_} {noun} are alive")
-        assert f" {alive} {noun} alive, " in line
-        kernels |= {names[int(phase) - 1] for phase in phases if phase > 0}
-    assert len(kernels) > 1
-    legend = browser.run("[...element('waits').children].map((one) => one.textContent)")
-    assert legend == [f"waits for {name}" for name in names]
-    assert set(names) == set(browser.run(
-        "[...element('text').querySelectorAll('mark')].map((one) => one.dataset.kernel)"))
 
 
 def test_four_kernels_have_four_colours(exact_renderer, browser: Browser, tmp_path: Path) -> None:

@@ -13,6 +13,10 @@ from pages import in_browser, opened, settle, written
 
 import gpgpu_rt as rt
 from gpgpu_rt.web.costs import ray_costs
+from gpgpu_rt.web.export import export_method
+from gpgpu_rt.web.page import page_text
+from gpgpu_rt.web.page_data import PageData
+from gpgpu_rt.web.twins import TWINS
 
 METHODS = ("kd-restart", "kd-short-stack", "kd-stack")
 
@@ -166,6 +170,20 @@ def test_a_button_goes_to_the_end_of_the_ray(browser: Browser, tmp_path: Path) -
     browser.select("#schedule", "kernels")
     settle(browser)
     assert browser.run("element('end').disabled")
+
+
+@in_browser
+@pytest.mark.parametrize("caption, index", [
+    ("", ""), ("", "index.html"), (max((one.shows for one in TWINS), key=len), "index.html")])
+def test_a_projector_shows_the_slider(browser: Browser, tmp_path: Path, caption: str,
+                                      index: str) -> None:
+    browser.resize(1280, 720)
+    scene, tables = rt.load_scene("cornell"), PageData()
+    methods = [export_method(scene, "kd-texture-stack", tables)]
+    opened(browser, tmp_path, page_text(scene, methods, tables, "A title", caption, index))
+    lowest = browser.run("Math.max(...['picture', 'pass', 'waits', 'space', 'space-text'].map("
+                         "(id) => element(id).getBoundingClientRect().bottom))")
+    assert browser.run("scrollY") == 0 and lowest <= 720
 
 
 @in_browser

@@ -16,7 +16,9 @@ from gpgpu_rt.methods.kdtree.records import KD_BOUNDS
 
 pytestmark = in_browser
 METHODS = ("kd-restart", "kd-backtrack", "kd-push-down", "kd-ropes", "grid", "grid-proximity",
-           "bvh-threaded", "bih", "tree-unit", "geometry-image", "brute-force", "kd-stack")
+           "bvh-threaded", "bih", "tree-unit", "geometry-image", "brute-force", "kd-stack",
+           "kd-packet")
+PATHS = METHODS[:11]
 BOXED = METHODS[:9]
 
 
@@ -29,10 +31,11 @@ def page(tmp_path_factory) -> Iterator[Browser]:
 
 
 def path(page: Browser, method: str) -> tuple[list[dict], np.ndarray, np.ndarray, np.ndarray]:
-    """Returns the ray's path that the page holds for a method: states, origin, direction and
+    """Shows the whole path of the ray by a method. Returns its states, origin, direction and
     hit."""
     page.select("#method", method)
     page.select("#schedule", "step")
+    page.run("goTo(null), 0")
     settle(page)
     states, *rest = page.run("[path.states, path.origin, [...path.direction].slice(0, 3), "
                              "[...path.hit]]")
@@ -62,7 +65,7 @@ def host_states(method: str, origin: np.ndarray, direction: np.ndarray
     return found, hits, tables
 
 
-@pytest.mark.parametrize("method", METHODS[:-1])
+@pytest.mark.parametrize("method", PATHS)
 def test_the_path_is_the_path_of_the_host(exact_renderer, page: Browser, method: str) -> None:
     states, origin, direction, hit = path(page, method)
     told, hits, _ = host_states(method, origin, direction)
@@ -174,6 +177,55 @@ def test_a_drag_turns_the_space(exact_renderer, page: Browser) -> None:
     assert np.array_equal(picture, page.pixels("#picture"))
 
 
+PLACE = """(() => {
+    const [x, y] = projector(space.getContext("2d")).placeOf(pivot).map(
+        (at) => at / space.width * space.clientWidth), box = space.getBoundingClientRect();
+    return [box.left + space.clientLeft + x, box.top + space.clientTop + y];
+})()"""      # where the page shows the point of the ray that the present step has reached
+
+
+def test_the_wheel_zooms_the_space(exact_renderer, page: Browser) -> None:
+    """The point under the pointer stays in its place. A zoomed drawing turns about the ray's
+    present point. If the drawing is as small as possible, the wheel scrolls the page."""
+    path(page, "kd-restart")
+    page.run("goTo(5), 0")
+    settle(page)
+    page.box("#space")
+    before, pixels = np.array(page.run(PLACE)), page.pixels("#space")
+    pointer = before.round()        # the browser rounds a pointer's place
+    for _ in range(6):
+        page.wheel(*pointer, -100)
+    zoom = page.wait("spaceView.zoom > 5 && spaceView.zoom")
+    zoomed = page.run(PLACE)
+    assert zoomed == pytest.approx(pointer + zoom * (before - pointer), abs=0.1)
+    assert (pixels != page.pixels("#space")).any(axis=2).mean() > 0.01
+    yaw = page.run("spaceView.yaw")
+    page.drag("#space", (0.3, 0.5), (0.4, 0.5), (0.5, 0.5))
+    assert page.run("spaceView.yaw") < yaw - 0.1
+    assert page.run(PLACE) == pytest.approx(zoomed, abs=0.1)
+    page.run("scrollTo(0, 0)")
+    page.wheel(*pointer, 2000)
+    page.wait("spaceView.zoom === 1")
+    assert page.run("[...spaceView.pan, scrollY]") == [0, 0, 0]
+    page.wheel(*pointer, 100)
+    page.wait("scrollY > 0")
+
+
+def test_two_fingers_zoom_the_space(exact_renderer, page: Browser) -> None:
+    path(page, "kd-restart")
+    page.run("zoomSpace(0, [0, 0])")
+    left, top, width, height = page.box("#space")
+    x, y = left + 0.5 * width, top + 0.5 * height
+    yaw = page.run("spaceView.yaw")
+    for kind, *ways in (("touchStart", -50), ("touchStart", -50, 50), ("touchMove", -100, 100),
+                        ("touchMove", -150, 150), ("touchEnd",)):
+        page.send("Input.dispatchTouchEvent", type=kind, touchPoints=[
+            {"x": x + way, "y": y, "id": k} for k, way in enumerate(ways)])
+    assert page.run("spaceView.zoom") == pytest.approx(3, rel=0.05)
+    assert page.run("[touches.size, spaceView.yaw]") == [0, yaw]
+    page.run("zoomSpace(0, [0, 0])")
+
+
 def test_a_clicked_pixel_gets_its_ray(exact_renderer, page: Browser) -> None:
     path(page, "bvh-threaded")
     page.click("#picture", (0.25, 0.25))
@@ -186,11 +238,17 @@ def test_a_clicked_pixel_gets_its_ray(exact_renderer, page: Browser) -> None:
     assert not np.allclose(first, page.run("[...path.direction].slice(0, 3)"))
 
 
-def test_a_method_of_a_single_pass_shows_the_ray_alone(exact_renderer, page: Browser) -> None:
-    page.select("#method", "kd-stack")
+@pytest.mark.parametrize("method, reason", [
+    ("kd-stack", "method kd-stack runs only under schedule loop, which has one pass to look at; "
+     "watch kd-short-stack or kd-texture-stack."),
+    ("kd-packet", "method kd-packet traces packets, and a state belongs to all rays of a packet."
+     )])
+def test_a_ray_without_a_path_has_a_reason(exact_renderer, page: Browser, method: str,
+                                           reason: str) -> None:
+    page.select("#method", method)
     settle(page)
-    assert "single pass" in page.run("element('space-text').textContent")
-    assert page.run("path.states") is None
+    assert page.run("[path.states, element('space-text').textContent]") == [
+        None, f"The page shows the ray without a path: {reason}"]
 
 
 @pytest.mark.parametrize("method", ["kd-restart", "kd-push-down", "kd-backtrack", "kd-ropes",
@@ -219,3 +277,15 @@ def test_visits_and_restarts_are_the_hosts(exact_renderer, page: Browser, method
         assert len(again) == restarts
         at = page.run(f"stepLine(path.states, {again[0]}, schedule().structure)")
         assert "restarts at the root" in at and "1 restart so far" in at
+        downs = np.cumsum([0] + [one["kernel"] == "down" for one in states])
+        for step in (0, 1, 2, again[0], again[0] + 1):  # `down` has run for the visited nodes
+            at = page.run(f"stepLine(path.states, {step}, schedule().structure)")
+            assert f"; {downs[step]:,} visit" in at
+        texts = page.run("""{
+            const context = space.getContext("2d"), texts = [];
+            context.fillText = (text) => texts.push(text);
+            spaceAt();
+            delete context.fillText;
+            texts;
+        }""")
+        assert texts == [f"restart {restarts}, at the root"]

@@ -20,7 +20,7 @@ from gpgpu_rt.cli.main import main
 from gpgpu_rt.errors import OptionError, ShaderError
 from gpgpu_rt.gl.es import es_text
 from gpgpu_rt.web import export
-from gpgpu_rt.web.export import export_method, web_names, why_not_in_browser
+from gpgpu_rt.web.export import MOST_TEST_PASSES, export_method, web_names, why_not_in_browser
 from gpgpu_rt.web.page import MOST_BYTES, page_text, write_page
 from gpgpu_rt.web.page_data import PageData
 
@@ -53,6 +53,23 @@ def test_joined_names_that_cannot_be_expanded_are_refused() -> None:
         es_text(HEADER + "#define READ(k) texels_##k\n#define BOTH(k) READ(k)\n")
     with pytest.raises(ShaderError, match="does not begin"):
         es_text("#version 120\n")
+
+
+@pytest.mark.parametrize("name", web_names())
+def test_a_method_without_a_path_has_a_reason(name: str, monkeypatch) -> None:
+    """A page shows the path of a ray from the states of the schedule step. A packet has only one
+    state for several rays. The page leaves out schedules with too many passes."""
+    scene = rt.load_scene("cornell")
+    for most in (MOST_TEST_PASSES, 20):
+        monkeypatch.setattr(export, "MOST_TEST_PASSES", most)
+        try:
+            method = export_method(scene, name, PageData())
+        except OptionError as reason:
+            assert "passes on this scene" in str(reason)
+            continue
+        step = method.schedules.get("step")
+        shared = step and min(step["targets"][step["start"]["states"]]["of"]) < 1
+        assert bool(method.no_path) == (not step or shared)
 
 
 def test_the_page_makes_no_request_and_runs_its_own_script_only() -> None:
