@@ -1,12 +1,12 @@
 """A replacement for trimesh's ray engines: ``mesh.ray = RayMeshIntersector(mesh, "kd-restart")``.
 
 Names, arguments, shapes and the order of returned arrays are as in ``trimesh.ray``.
-There are differences.
+Differences:
 
 * Hits are sorted by ray, then by (t, triangle), and include all hits on coincident triangles.
-* float32 decides which triangles a ray hits, and their order. It is too coarse far from the
-  origin: a mesh farther from the origin than its size is therefore moved to the origin in float64.
-  The position of a hit is computed in float64, from the mesh and the rays as given.
+* Triangles and their order are found in float32, which is too coarse far from the origin. A mesh
+  farther from the origin than its size is therefore moved to the origin in float64. The position
+  of a hit is computed in float64, from the mesh and the rays as given.
 * A place is a point where a ray passes through the mesh; a place at an edge or a vertex has
   several triangles. ``intersects_location`` returns each place once, with its first triangle.
   ``intersects_id`` returns all triangles of a place, as trimesh's own engine does. With
