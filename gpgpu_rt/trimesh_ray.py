@@ -7,7 +7,7 @@ Differences:
 * Triangles and their order are found in float32, which is too coarse far from the origin. A mesh
   farther from the origin than its size is therefore moved to the origin in float64. The position
   of a hit is computed in float64, from the mesh and the rays as given.
-* A place is a point where a ray passes through the mesh; a place at an edge or a vertex has
+* A place is a point where a ray passes through the mesh. A place at an edge or a vertex has
   several triangles. ``intersects_location`` returns each place once, with its first triangle.
   ``intersects_id`` returns all triangles of a place, as trimesh's own engine does. With
   ``coincident=False``, it returns only the first triangle, as trimesh's Embree engine does.

@@ -39,7 +39,7 @@ class WebMethod:
     schedules : schedule -> its passes, for all schedules that run in a browser
     test : the image's ``side``, the ``eye``, and the indices of two tables of `PageData`:
         ``directions`` of the test's rays, and ``hits`` (t, u, v, and the triangle or -1)
-    no_path : why the page shows no path of a ray; "" if it does
+    no_path : ``""``, or the reason why the page shows no path of a ray
     costs : the steps and nodes of the test's rays, the ray with the most steps, and the step at
         which the page opens
     """
