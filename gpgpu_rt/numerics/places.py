@@ -63,9 +63,9 @@ def exact_t(corners: np.ndarray, origins: np.ndarray, directions: np.ndarray) ->
     origins, directions : (m, 3) float64
     """
     lo, hi = _ends(corners, origins, directions)
-    seen = corners - origins[:, None]
+    by_axis = np.ascontiguousarray(corners.transpose(1, 2, 0))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        t = plane_distance(corners.transpose(1, 2, 0), seen.transpose(1, 2, 0), directions.T)
+        t = plane_distance(by_axis, by_axis - origins.T, np.ascontiguousarray(directions.T))
     return np.clip(np.where(np.isfinite(t), t, (lo + hi) / 2), lo, hi)
 
 
@@ -76,8 +76,9 @@ def _ends(corners: np.ndarray, origins: np.ndarray, directions: np.ndarray
     axis = np.abs(directions).argmax(axis=1)[:, None]
     along, start = (np.take_along_axis(values, axis, 1).astype(np.float64)
                     for values in (directions, origins))
-    depths = (np.take_along_axis(corners, axis[:, None], 2)[:, :, 0] - start) / along
-    return depths.min(axis=1), depths.max(axis=1)
+    # By corner: numpy is slow along short axes.
+    a, b, c = ((np.take_along_axis(corners[:, k], axis, 1) - start) / along for k in range(3))
+    return (np.minimum(np.minimum(a, b), c)[:, 0], np.maximum(np.maximum(a, b), c)[:, 0])
 
 
 def _side_by_side(corners: np.ndarray, directions: np.ndarray) -> np.ndarray:

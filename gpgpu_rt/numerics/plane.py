@@ -57,7 +57,8 @@ def plane_distance(corners: np.ndarray, seen: np.ndarray, directions: np.ndarray
     a, b = shorter(edges, index)
     normal = np.stack([R(R(a[i] * b[j]) - R(a[j] * b[i])) for i, j in CROSS])
     inverse = R(1 / _dot(directions, normal, R))
-    return _dot(np.choose(index, seen), R(normal * inverse), R)
+    apex = np.where(index == 0, seen[0], np.where(index == 1, seen[1], seen[2]))
+    return _dot(apex, R(normal * inverse), R)
 
 
 def _dot(a: np.ndarray, b: np.ndarray, R: Rounding) -> np.ndarray:

@@ -141,7 +141,11 @@ def _ordered(batch: RayBatch, found: list[dict[str, np.ndarray]], status: np.nda
     parts = {name: np.concatenate([np.zeros(0, kind), *(one[name] for one in found)]).astype(kind)
              for name, kind in kinds.items()}
     parts["t"] = batch.given_units(parts["t"], parts["ray"])
-    # Sort again, because the caller's units may round two t to the same t.
-    order = np.lexsort((parts["triangle"], parts["t"], parts["ray"]))
+    # Each round is sorted by ray, and later rounds have later hits of a ray.
+    order = np.argsort(parts["ray"], kind="stable")
+    ray, t, triangle = (parts[name][order] for name in ("ray", "t", "triangle"))
+    if ((ray[1:] == ray[:-1]) & (t[1:] == t[:-1]) & (triangle[1:] < triangle[:-1])).any():
+        # The caller's units rounded two t to the same t.
+        order = np.lexsort((parts["triangle"], parts["t"], parts["ray"]))
     return AllHits(**{name: values[order] for name, values in parts.items()}, status=status,
                    shape=batch.shape)
