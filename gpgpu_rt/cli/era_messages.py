@@ -16,8 +16,9 @@ def check_era(text: str) -> None:
         raise OptionError(f"option era={text!r}: {NV30}; give one of {known}")
     if chip == "g80":
         raise OptionError(f"option era={text!r} is none of {known}: the G80 has integers and "
-                          "loops, so there is no era form to run; `gpgpu-rt program METHOD "
-                          "--card g80` prints what its kernels cost")
+                          "loops, so there is no era form to run; its times are predicted "
+                          "from Python, by gpgpu_rt.hardware.prediction.predict "
+                          "(docs/hardware.md)")
 
 
 def check_era_form(method: str) -> None:

@@ -10,12 +10,12 @@ from faked_cells import write_cell
 from gpgpu_rt.figures.framework import pages, predicted_times, provenance, verdicts
 from gpgpu_rt.figures.framework.cell import Cell
 from gpgpu_rt.figures.framework.comparison import Comparison, Panel
-from gpgpu_rt.figures.framework.era_counts import PASSES
 from gpgpu_rt.figures.framework.published_numbers import nanoseconds
 from gpgpu_rt.figures.survey import fig12_eye_rays as fig12
 from gpgpu_rt.figures.survey import fig13_horn_improvements as fig13
 from gpgpu_rt.figures.survey import fig20_whole_images as fig20
 from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE
+from gpgpu_rt.hardware.program_forms import PASSES
 from gpgpu_rt.hardware.static_costs import static_cost
 
 COUNTERS = {"nodes_visited": 1.0, "triangles_tested": 1.0, "steps": 2.0}
