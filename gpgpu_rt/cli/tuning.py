@@ -32,7 +32,8 @@ def add_commands(command: Command) -> None:
     sub.add_argument("scene", help="a scene's name or a mesh file")
     add_methods(sub, "all methods that have the given options")
     sub.add_argument("--precisions", type=names, metavar="NAME,NAME,...",
-                     help="precisions to measure: fp32, fp24, fp16; default: all")
+                     help="precisions to measure: fp32, fp24, fp16; default: all, or, with --era, "
+                     "the precision of the chip")
     sub.add_argument("--rays", type=int, default=1 << 14, help="largest number of rays of each "
                      f"kind ({', '.join(KINDS)}); default %(default)s")
     sub.add_argument("--size", type=size_word, default=(256, 256), metavar="WIDTHxHEIGHT",
