@@ -124,7 +124,8 @@ def test_program_says_why_a_chip_is_missing(capsys, chip: str, says: str) -> Non
 
 @pytest.mark.parametrize("chip, says", [
     ("g80", "gpgpu_rt.hardware.prediction.predict"),
-    ("nv30", "the NV30 is left out, because it has a single render target")])
+    ("nv30", "the NV30 is left out, because it has a single render target"),
+    ("6800", "nv40 (NVIDIA GeForce 6800 Ultra), r580 (ATI Radeon X1900 XTX)")])
 def test_chips_without_an_era_form_say_why(capsys, tmp_path, chip: str, says: str) -> None:
     assert cli.main(["render", "cornell", "-m", "grid", "--era", chip, "-o",
                      str(tmp_path / "picture.png")]) != 0
@@ -170,3 +171,14 @@ def test_a_time_names_its_form_its_rays_and_the_size(capsys, tmp_path) -> None:
     (both,) = (line for line in _rendered(capsys, tmp_path, "--era", "r420").splitlines()
                if "would have taken" in line)
     assert "era_machine` compares" in both and "as here" in both
+
+
+def test_methods_says_which_methods_have_an_era_form(capsys) -> None:
+    assert cli.main(["methods"]) == 0
+    rows = dict(line.split()[:2] for line in capsys.readouterr().out.partition("\n\n")[0]
+                .splitlines()[2:])
+    assert cli.main(["methods", "--json"]) == 0
+    forms = {row["name"]: row["era_form"] for row in json.loads(capsys.readouterr().out)}
+    assert {name: word != "-" for name, word in rows.items()} == forms
+    assert [name for name, word in rows.items() if word == "loop"] == ["kd-packet"]
+    assert forms["kd-restart"] and not forms["bih"]
