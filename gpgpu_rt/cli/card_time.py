@@ -57,9 +57,9 @@ def _time(time: CardTime) -> dict[str, Any]:
 
 def _standing(form: str, seen: EraTime) -> str:
     """Return whether the figures judge the form, and whether the kernels ran in the form here."""
-    judged = (", which `python -m gpgpu_rt.figures --only era_machine` compares with the papers' "
-              "times" if form == seen.forms[0] else "")
-    return judged + (", as here" if form == seen.ran else "")
+    here = ", as here" if form == seen.ran else ""
+    return here + ("; `python -m gpgpu_rt.figures --only era_machine` compares times in this form "
+                   "with the papers' times" if form == seen.forms[0] else "")
 
 
 def _losses(tracer: Tracer) -> list[str]:

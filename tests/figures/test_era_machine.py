@@ -70,6 +70,7 @@ def test_the_table_holds_what_the_counts_say(tmp_path: Path) -> None:
     assert float(primary["published_ns"]) == pytest.approx(1e3 / 38.3)
     assert {row["form"] for row in rows.values() if row["scored"] == "True"} == {WHILE_WHILE}
     page = (tmp_path / "era_machine.md").read_text()
+    assert "paper's images: 1024x1024 pixels in fig13.\n" in page
     assert "draw_seconds doubled" in page and "missed by" in page
     assert "`gpgpu-rt scenes --fetch`" in page
     assert (tmp_path / "era_machine.png").stat().st_size > 5_000

@@ -62,6 +62,7 @@ def test_the_card_decides_and_the_renderer_stands_beside(reverse: bool, tmp_path
     assert said.why.startswith("Times predicted for the ATI Radeon X800 XT PE: ")
     pages.draw(["fig12"], tmp_path, tmp_path, False)
     page = (tmp_path / "fig12.md").read_text()
+    assert "X800 XT PE would have taken for 512x512 pixels, " in page
     assert page.count(f'times of the present renderer is "{said.renderer.word}"') == 1
     assert ("tau-b predicted -1, tau-b here 1" if reverse
             else "tau-b predicted 1, tau-b here -1") in page
