@@ -168,10 +168,10 @@ TRUTH = {"1": True, "true": True, "yes": True, "on": True,
 
 # The chips that the option ``era`` accepts. ``era`` runs the kernels as in the papers: the era
 # form (docs/era.md). Each chip implies the schedule of cards without loops, the papers' triangle
-# test, and the number format of the chip's fragment processors. NV40 and R580 compute in fp32, the
-# default. (NV40 also has half-precision types.) NV30 is missing because it has a single render
+# test, and the number format of the chip's fragment processors. NV40 and R580 compute in fp32.
+# (NV40 also has half-precision types.) NV30 is missing because it has a single render
 # target, and its compiler refuses each of the kernels.
-_PAPERS = {"schedule": "kernels", "intersection": "moller-trumbore"}
+_PAPERS = {"schedule": "kernels", "intersection": "moller-trumbore", "precision": "fp32"}
 ERAS: dict[str, dict[str, Any]] = {
     "r300": {**_PAPERS, "precision": "fp24"}, "r420": {**_PAPERS, "precision": "fp24"},
     "nv40": _PAPERS, "r580": _PAPERS}
@@ -285,7 +285,7 @@ def with_era(given: Mapping[str, Any], known: Iterable[Option], what: str,
         return dict(given)
     implied = {**ERAS[str(given["era"])], **more}
     for name in ("storage", "arithmetic", *implied):
-        value = implied.get(name, implied.get("precision", "fp32"))
+        value = implied.get(name, implied["precision"])
         if given.get(name) not in (None, value):
             raise OptionError(f"{what}: era={given['era']} implies "
                               + ", ".join(f"{n}={v}" for n, v in implied.items())

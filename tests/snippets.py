@@ -36,7 +36,8 @@ import gpgpu_rt as rt
 
 ROOT = Path(rt.__file__).parents[1]
 # The pages that are run whole.
-PAGES = sorted([ROOT / "README.md", ROOT / "docs" / "replication.md",
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs" / name
+                                      for name in ("hardware.md", "replication.md")),
                 *ROOT.glob("docs/tour/*.md"), *ROOT.glob("docs/how-to/*.md")])
 # If a line begins with any other word, the block needs a reason why it is not run.
 COMMANDS = ("gpgpu-rt", "python", "mkdir", "cd", "cat", "ls", "echo")

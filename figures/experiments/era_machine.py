@@ -29,7 +29,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(data: Path, full: bool) -> list[PredictedRow]:
-    """Return a row for each published number and each form of the card's program (`era_counts`),
+    """Return a row for each published number and each form of the program (`program_forms`),
     if the counts of this form are measured."""
     return [row for figure in ON_CARDS for row in predicted_times.rows(figure, data, full)]
 

@@ -95,7 +95,8 @@ def write_page(found: Sequence[PredictedRow], misses: Mapping[str, float],
         (*_words(row), number(row.published), number(1e9 * time.seconds), number(row.ratio()),
          max(SHARES, key=time.parts.__getitem__), _view(row)) for row, time in zip(found, times)])
     write_text(out / "era_machine.md", "\n".join([
-        ABOUT, "## Bars\n", *(f"* {line}" for line in bars(misses, taus)), "",
+        ABOUT, f"{_sizes(found)}\n",
+        "## Bars\n", *(f"* {line}" for line in bars(misses, taus)), "",
         "## Parts of the predictions\n", PARTS,
         markdown_table(("predictions", "number", "median of abs log2 ratio"),
                        [(name, count, number(miss)) for name, (count, miss) in parts.items()]),
@@ -159,6 +160,13 @@ def far_off(found: Sequence[PredictedRow]) -> list[str]:
 def _bar(what: str, value: float, most: float) -> str:
     ending = "met" if value <= most else f"missed by {number(value - most)}"
     return f"{what} is {number(value)}; the bar is {most}: {ending}."
+
+
+def _sizes(found: Sequence[PredictedRow]) -> str:
+    """Return a sentence with the image size of each figure."""
+    sizes = {row.figure.name: row.paper_card.size for row in found}
+    return ("A prediction depends on the image size, and is for the size of the paper's images: "
+            + ", ".join(f"{size}x{size} pixels in {name}" for name, size in sizes.items()) + ".")
 
 
 def _view(row: PredictedRow) -> str:

@@ -12,6 +12,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.accel.morton import morton_2d
 from gpgpu_rt.bench.workloads import Workload
 from gpgpu_rt.gl.pass_log import logged
+from gpgpu_rt.hardware.image_issues import STEPWISE, tile_pixels
 from gpgpu_rt.hardware.issue import WHILE_WHILE, WITHIN, KernelIssues, issued_in_loop
 from gpgpu_rt.hardware.local_store import lines_of, transfers
 from gpgpu_rt.hardware.table_reads import FIELDS, table_reads
@@ -19,7 +20,6 @@ from gpgpu_rt.hardware.trace import KernelTrace, record_trace
 from gpgpu_rt.inspect.time_travel import Pass, travel
 from gpgpu_rt.statistics import Statistics
 
-from ..framework.era_counts import STEPWISE, tile_pixels
 from .coherence import observe_order
 
 # A kind is the prefix of ``Cell.work``, before the name of a workload. MOVED measures the bytes

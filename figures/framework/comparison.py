@@ -298,9 +298,11 @@ class Comparison:
                 parts.append("Where the order differs here:\n\n" + "\n".join(
                     f"* {line}" for line in explained) + "\n")
         if self.paper_card is not None:
+            size = self.paper_card.size
             parts.append(f"Predicted: the time that the {self.paper_card.card.name} would have "
-                         "taken, by the machine model of [era_machine](era_machine.md), from "
-                         f"kernels that Mesa compiled for the card. {HOW_PREDICTED}\n")
+                         f"taken for {size}x{size} pixels, by the machine model of "
+                         "[era_machine](era_machine.md), from kernels that Mesa compiled for the "
+                         f"card. {HOW_PREDICTED}\n")
         for head, lines in (("What the counters show", self.remarks(results)),
                             ("What differs", self._differences(results))):
             if lines:

@@ -5,7 +5,6 @@ kernel. No constant is fitted.
 """
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,20 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 from gpgpu_rt.bench.workloads import EYE, SHADOW
 from gpgpu_rt.hardware.cards import Card, find_card
-from gpgpu_rt.hardware.issue import KernelIssues
-from gpgpu_rt.hardware.loop_costs import setup_slots
-from gpgpu_rt.hardware.machine_model import (
-    ASSUMED, Assumptions, CardTime, issue_slots, stream_fetches, time_of_loop, time_of_passes
-)
-from gpgpu_rt.hardware.static_costs import StaticCost, static_cost
-from gpgpu_rt.hardware.warp_packets import LANES
+from gpgpu_rt.hardware.machine_model import ASSUMED, Assumptions, CardTime, issue_slots
+from gpgpu_rt.hardware.prediction import compiled, time_of_image
+from gpgpu_rt.hardware.program_forms import FORMS, counted_as, forms_of
+from gpgpu_rt.hardware.static_costs import StaticCost
 from gpgpu_rt.scene.catalogue import mesh_path
 
-from .cell import Cell
-from .era_counts import (
-    BLOCKS, ON, PACKETS, PASSES, UNCOALESCED, WORK, counted_as, forms_of, kernels_from,
-    packets_in_loop
-)
+from .cell import ISSUES, ON_CHIP, Cell
 from .published_numbers import nanoseconds
 from .published_views import VIEWS
 from .results import read
@@ -40,27 +32,29 @@ BUILT_IN = ("cornell", "tenk")     # scenes that need no mesh
 # at one point, everything else can be computed in advance per triangle. A pipe issues one
 # instruction per clock.
 LEAST_TEST = 3
-Options = tuple[tuple[str, Any], ...]
 
 
 @dataclass(frozen=True)
 class PaperCard:
-    """The card on which a paper measured, and the forms of the card's programs.
+    """The card on which a paper measured.
 
     Attributes
     ----------
     chip : the card's chip
     size : pixels per side of the paper's images
-    forms : forms of the programs (`era_counts`); verdicts use the first form
     """
 
     chip: str
     size: int
-    forms: tuple[str, ...]
 
     @property
     def card(self) -> Card:
         return find_card(self.chip)
+
+    @property
+    def forms(self) -> tuple[str, ...]:
+        """The forms of the card's programs; verdicts use the first form."""
+        return FORMS[self.chip]
 
     def forms_of(self, method: str) -> tuple[str, ...]:
         """Return the forms in which a method runs on this card; the first is judged.
@@ -68,7 +62,7 @@ class PaperCard:
         The result is () for a method without an era form (docs/era.md), and for packets without
         compiled kernels.
         """
-        return forms_of(method, self.chip, self.forms)
+        return forms_of(method, self.chip)
 
 
 @dataclass(frozen=True)
@@ -80,7 +74,7 @@ class PredictedRow:
     figure : the figure, which has a ``paper_card``
     form : the form of the programs
     published : nanoseconds per ray, or per pixel of a picture
-    counts : kind of rays -> result of `era_counts.measure`
+    counts : kind of rays -> result of `image_issues.measure`
     stand_in : whether the scene's mesh is missing; the prediction is then not scored
     """
 
@@ -128,14 +122,10 @@ class PredictedRow:
     def time(self, assumed: Assumptions = ASSUMED) -> CardTime:
         card, method = self.paper_card.card, self.column.method
         whole = [time_of_image(card, method, self.form, counts, kind == SHADOW, assumed,
-                               self._options)
+                               self.column.options)
                  for kind, counts in self.counts.items()]
         total = whole[0] if len(whole) == 1 else whole[0] + whole[1]
         return total.scaled(1 / self._number)
-
-    @property
-    def _options(self) -> Options:
-        return compiled_options(self.column.method, self.paper_card.chip, self.column.options)
 
     @property
     def per(self) -> str:
@@ -174,10 +164,8 @@ class PredictedRow:
         total = 0.0
         for kind, counts in self.counts.items():
             issued = counts["issued"][counted_as(self.form)]
-            costs, _ = _compiled(self.paper_card.chip.lower(),
-                                 kernels_from(self.column.method, self.form),
-                                 tuple(issued["kernels"]), kind == SHADOW,
-                                 self.form not in (PASSES, BLOCKS), self._options)
+            costs, _ = compiled(self.paper_card.card, self.column.method, self.form,
+                                tuple(issued["kernels"]), kind == SHADOW, self.column.options)
             total += sum(number * weight(costs[kernel])
                          for kernel, number in zip(issued["kernels"], issued[field]))
         return total
@@ -191,53 +179,10 @@ class PredictedRow:
         return self.nanoseconds(assumed) / self.published
 
 
-def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any], any_hit: bool,
-                  assumed: Assumptions = ASSUMED, options: Options = ()) -> CardTime:
-    """Return the predicted time of an image's rays.
-
-    Parameters
-    ----------
-    form : the form of the programs
-    counts : a result of `era_counts.measure`
-    any_hit : whether any hit is enough
-    options : the result of `compiled_options`
-    """
-    found = {name: tuple(value) if isinstance(value, list) else value
-             for name, value in counts["issued"][counted_as(form)].items()}
-    issued = KernelIssues(**found)
-    costs, streams = _compiled(card.chip.lower(), kernels_from(method, form), issued.kernels,
-                               any_hit, form not in (PASSES, BLOCKS), options)
-    if form in (PASSES, BLOCKS):
-        return time_of_passes(card, issued, costs, streams, counts["pixels"], assumed)
-    # A warp loads a packet's node or triangle once, into memory that its lanes share (Günther et
-    # al. 2007; section 4.1 of the survey).
-    sharing = LANES if form == PACKETS else 1
-    setup = setup_slots(card.chip.lower(), kernels_from(method, form), any_hit, **dict(options))
-    return time_of_loop(card, issued, costs, streams, counts["pixels"], assumed, sharing,
-                        form == UNCOALESCED, setup)
-
-
-@functools.cache
-def _compiled(chip: str, method: str, kernels: tuple[str, ...], any_hit: bool,
-              in_loop: bool, options: Options) -> tuple[dict[str, StaticCost], dict[str, int]]:
-    """Return each kernel's static cost, and each kernel's number of fetches from streams."""
-    own = dict(options)
-    return ({name: static_cost(chip, method, name, any_hit, in_loop, **own) for name in kernels},
-            {name: stream_fetches(method, name, any_hit, in_loop, **own) for name in kernels})
-
-
-def compiled_options(method: str, chip: str, options: Options) -> Options:
-    """Return the options with which a method's kernels are compiled.
-
-    Packets in a loop are compiled with ``options``, and all other methods with their defaults.
-    """
-    return options if packets_in_loop(method, chip) else ()
-
-
 def counted_cell(scene: str, method: str, options: tuple[tuple[str, Any], ...], size: int,
                  rays: str, chip: str) -> Cell:
     """Return the cell (cell.py) that counts how often a card issues a method's kernels."""
-    return Cell(scene, method, options, size, WORK + rays + ON + chip, runs=1)
+    return Cell(scene, method, options, size, ISSUES + rays + ON_CHIP + chip, runs=1)
 
 
 def cells(figure: Comparison, full: bool) -> list[Cell]:

@@ -14,6 +14,7 @@ from typing import Any
 import gpgpu_rt as rt
 from gpgpu_rt.accuracy.measure import Yardstick
 from gpgpu_rt.bench.workloads import Workload, load, workload
+from gpgpu_rt.hardware import image_issues
 from gpgpu_rt.workers.machine import alone
 
 from ..experiments import (
@@ -22,8 +23,8 @@ from ..experiments import (
     update_times
 )
 from ..survey import ray_engine_work, tree_sizes
-from . import era_counts, trace_times
-from .cell import Cell
+from . import trace_times
+from .cell import ISSUES, ON_CHIP, Cell
 
 COHERENCE = "coherence of "
 
@@ -90,9 +91,9 @@ def _accuracy(cell: Cell, _: str) -> dict[str, Any]:
 def _era_counts(cell: Cell, name: str) -> dict[str, Any]:
     """Count how often a card issues each kernel. ``name``, the rest of ``cell.work``, names the
     rays and the chip."""
-    rays, _, chip = name.partition(era_counts.ON)
-    return {"counts": era_counts.measure(load(cell.scene), _rays(cell, rays), cell.method,
-                                         dict(cell.options), chip)}
+    rays, _, chip = name.partition(ON_CHIP)
+    return {"counts": image_issues.measure(load(cell.scene), _rays(cell, rays), cell.method,
+                                           dict(cell.options), chip)}
 
 
 def _gap_work(kind: str) -> MeasurementKind:
@@ -152,7 +153,7 @@ WORKS = (
         cell.scene, cell.method, dict(cell.options), cell.size, cell.runs)}),
     MeasurementKind(COHERENCE, lambda cell, rays: {"coherence": coherence.measure(
         load(cell.scene), _rays(cell, rays))}, timed=False),
-    MeasurementKind(era_counts.WORK, _era_counts, timed=False),
+    MeasurementKind(ISSUES, _era_counts, timed=False),
     MeasurementKind(lost_rays.WORK, lambda cell, _: {"numbers": lost_rays.measure(
         load(cell.scene), cell.method, dict(cell.options), cell.size)}, timed=False),
     MeasurementKind(ray_engine_work.WORK, lambda cell, rays: {"engine": ray_engine_work.measure(

@@ -3,7 +3,6 @@ from __future__ import annotations
 
 from ..framework.cell import Cell, timed_runs
 from ..framework.comparison import Comparison, MethodColumn, Panel, Results
-from ..framework.era_counts import BLOCKS, PASSES
 from ..framework.output import number
 from ..framework.predicted_times import PaperCard
 from ..framework.published_numbers import published
@@ -55,4 +54,4 @@ FIGURE = Comparison(
      "At each node to which kd-backtrack climbs, it fetches the node's box and parent. No other "
      "step fetches these."),
     _remarks,
-    paper_card=PaperCard("R420", 512, (PASSES, BLOCKS)))
+    paper_card=PaperCard("R420", 512))

@@ -2,11 +2,9 @@
 from __future__ import annotations
 
 from gpgpu_rt.bench.workloads import EYE, SHADOW
-from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE
 
 from ..framework.cell import Cell, timed_runs
 from ..framework.comparison import Comparison, MethodColumn, Panel, Results
-from ..framework.era_counts import PASSES
 from ..framework.output import number
 from ..framework.predicted_times import PaperCard
 
@@ -90,5 +88,5 @@ FIGURE = Comparison(
      "17.5 may be a misprint, so the rank correlation tau-b may mislead for cornell's eye rays."),
     _remarks,
     # The paper does not say whether its loop is while-while or runs one step per iteration, so
-    # both are predicted. PASSES predicts a program without a loop: one kernel per pass.
-    paper_card=PaperCard("R580", 1024, (WHILE_WHILE, STEP, PASSES)))
+    # both are predicted. The form `passes` is a program without a loop: one kernel per pass.
+    paper_card=PaperCard("R580", 1024))

@@ -3,11 +3,9 @@ from __future__ import annotations
 
 from gpgpu_rt.bench.engines import EMBREE as CPU
 from gpgpu_rt.bench.workloads import EYE
-from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE
 
 from ..framework.cell import ON_CPU, Cell, timed_runs
 from ..framework.comparison import Comparison, MethodColumn, Panel, Results
-from ..framework.era_counts import UNCOALESCED
 from ..framework.output import number
 from ..framework.predicted_times import PaperCard
 from ..framework.published_numbers import published
@@ -82,4 +80,4 @@ FIGURE = Comparison(
     _remarks, full_only=STAND_IN,
     # The paper does not say whether its loop is while-while or runs one step per iteration, so
     # both loops are predicted. The third prediction is for while-while with uncoalesced loads.
-    paper_card=PaperCard("G80", 1024, (WHILE_WHILE, STEP, UNCOALESCED)))
+    paper_card=PaperCard("G80", 1024))

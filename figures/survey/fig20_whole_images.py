@@ -1,11 +1,8 @@
 """Figure 20: whole images by grid, kd-tree and threaded BVH (Thrane and Simonsen 2005)."""
 from __future__ import annotations
 
-from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE
-
 from ..framework.cell import Cell, timed_runs
 from ..framework.comparison import Comparison, MethodColumn, Panel, Results
-from ..framework.era_counts import PASSES, SMALLER
 from ..framework.output import number
 from ..framework.predicted_times import PaperCard
 from ..framework.published_numbers import published
@@ -66,4 +63,4 @@ FIGURE = Comparison(
      "hierarchy has the same order for every direction, so a ray may meet far boxes before near "
      "ones. The survey does not say how the thesis built its kd-trees."),
     _remarks,
-    paper_card=PaperCard("NV40", 512, (STEP, SMALLER, WHILE_WHILE, PASSES)))
+    paper_card=PaperCard("NV40", 512))

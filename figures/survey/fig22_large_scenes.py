@@ -3,7 +3,6 @@ from __future__ import annotations
 
 from gpgpu_rt.bench.engines import EMBREE as CPU
 from gpgpu_rt.bench.workloads import EYE
-from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE
 
 from ..framework.cell import ON_CPU, Cell, timed_runs
 from ..framework.comparison import Comparison, MethodColumn, Panel, Results
@@ -73,4 +72,4 @@ FIGURE = Comparison(
      "quantised nodes.",
      "Soda Hall and the Power Plant are measured at full size only."),
     _remarks, full_only=HUGE,
-    paper_card=PaperCard("G80", 1024, (WHILE_WHILE, STEP)))
+    paper_card=PaperCard("G80", 1024))

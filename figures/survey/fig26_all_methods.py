@@ -15,13 +15,13 @@ from gpgpu_rt.charts import (
 )
 from gpgpu_rt.gl.context import is_software
 from gpgpu_rt.hardware.cards import find_card
+from gpgpu_rt.hardware.prediction import time_of_image
 
 from ..framework import verdicts
 from ..framework.cell import Cell
 from ..framework.comparison import TESTED_BY
 from ..framework.kendall import tau_b
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
-from ..framework.predicted_times import time_of_image
 from ..framework.results import read
 from .ray_engine_work import predicted_seconds
 from .scaled import scaled, speeds
@@ -85,7 +85,8 @@ def predicted_ns(entry: SurveyedMethod, data: Path) -> tuple[float | None, str]:
         rays = result["engine"]["rays"]
     else:
         counts = result["counts"]
-        time = time_of_image(card, entry.method, entry.form, counts, any_hit=False)
+        time = time_of_image(card, entry.method, entry.form, counts, any_hit=False,
+                             options=entry.options)
         seconds, bound = time.seconds, max(time.parts, key=time.parts.__getitem__)
         rays = counts["rays"]
     return 1e9 * seconds / max(rays, 1), bound

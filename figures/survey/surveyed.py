@@ -13,10 +13,9 @@ from typing import Any
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE
-from gpgpu_rt.hardware.issue import WHILE_WHILE
+from gpgpu_rt.hardware.program_forms import forms_of
 
 from ..framework.cell import PERIOD_TEST, Cell, timed_runs
-from ..framework.era_counts import forms_of
 from ..framework.predicted_times import counted_cell
 from . import ray_engine_work
 
@@ -68,7 +67,7 @@ class SurveyedMethod:
     @property
     def form(self) -> str | None:
         """The form of the programs on the card CHIP; None without an era form (docs/era.md)."""
-        return next(iter(forms_of(self.method, CHIP, (WHILE_WHILE,))), None)
+        return next(iter(forms_of(self.method, CHIP)), None)
 
     def counted(self) -> Cell | None:
         """Return the cell that counts CHIP's work on the rays of the predicted column.

@@ -144,7 +144,8 @@ def accuracy(scene: Scene, names: Sequence[str] | None = None,
     ----------
     scene : Scene
     names : methods; None for all methods that have the options
-    formats : precisions; None for all precisions
+    formats : precisions; None for all precisions, or, with the option ``era``, the precision of
+        the chip
     options : further options of the tracer and the methods
     rays : number of rays of each kind; `brute-force` traces fewer if it would test more than 2^25
         pairs
@@ -162,8 +163,13 @@ def accuracy(scene: Scene, names: Sequence[str] | None = None,
         if left:
             report(f"left out: {', '.join(left)} (they do not have these options)")
     for name in names:
-        find_method(name).resolved(given)
+        resolved = find_method(name).resolved(given)
         table, known = option_table(name), precisions(name)
+        if resolved["era"]:
+            known = [resolved["precision"]]
+            if formats is not None and list(formats) != known:
+                raise OptionError(f"method {name}: era={resolved['era']} computes in {known[0]}; "
+                                  "leave out the parameter formats (--precisions)")
         for word in known if formats is None else formats:
             if word not in known:
                 raise OptionError(f"method {name} has no precision {word!r}"

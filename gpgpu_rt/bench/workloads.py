@@ -5,6 +5,7 @@ Bounced rays are made from the hits of the rays before the bounce.
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -128,17 +129,33 @@ def workload(scene: str, name: str, size: int) -> Workload:
     diffuse rays, all are diffuse. A random ray starts at a random point in the scene's box and has
     a random direction.
     """
+    return _made(load(scene), name, size, lambda before: (
+        workload(scene, before, size), _hits(scene, before, size)))
+
+
+def rays_of(scene: Scene, name: str, size: int) -> Workload:
+    """Return what `workload` returns, for a scene that has no name. Nothing is cached, so the
+    scene's camera and lights may change between two calls."""
+    def seen(before: str) -> tuple[Workload, Hits]:
+        rays = rays_of(scene, before, size)
+        return rays, _traced(scene, rays)
+    return _made(scene, name, size, seen)
+
+
+def _made(scene: Scene, name: str, size: int,
+          seen: Callable[[str], tuple[Workload, Hits]]) -> Workload:
+    """Return the workload with this name. ``seen`` returns the rays and the hits of the workload
+    before a bounce."""
     if name == EYE:
-        origins, directions = load(scene).camera.rays((size, size))
+        origins, directions = scene.camera.rays((size, size))
         return Workload(origins.reshape(-1, 3), directions.reshape(-1, 3), size)
     if name == RANDOM:
-        return Workload(*random_rays(load(scene), size * size, SEED), size)
+        return Workload(*random_rays(scene, size * size, SEED), size)
     if name == SHADOW:
-        return _shadows(load(scene), workload(scene, EYE, size), _hits(scene, EYE, size))
+        return _shadows(scene, *seen(EYE))
     for kind, bounce in ((MIRROR, _mirrored), (DIFFUSE, _scattered)):
         if name.startswith(kind):
-            before = bounced(kind, int(name.removeprefix(kind)) - 1)
-            return bounce(load(scene), workload(scene, before, size), _hits(scene, before, size))
+            return bounce(scene, *seen(bounced(kind, int(name.removeprefix(kind)) - 1)))
     raise ValueError(f"no workload {name!r}")
 
 
@@ -188,11 +205,15 @@ def _surfaces(scene: Scene, seen: Workload, hits: Hits) -> tuple[np.ndarray, np.
 
 @functools.lru_cache(maxsize=8)
 def _hits(scene: str, name: str, size: int) -> Hits:
+    return _traced(load(scene), workload(scene, name, size))
+
+
+def _traced(scene: Scene, rays: Workload) -> Hits:
     """Trace a workload with kd-short-stack. The other measured kd-tree methods use the same cached
     tree.
     """
-    with Tracer(load(scene), "kd-short-stack") as tracer:
-        found = workload(scene, name, size).trace(tracer)
+    with Tracer(scene, "kd-short-stack") as tracer:
+        found = rays.trace(tracer)
     assert found is not None
     return found
 

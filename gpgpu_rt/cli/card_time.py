@@ -7,54 +7,63 @@ from typing import Any
 
 from ..errors import OptionError
 from ..hardware.era_time import EraTime, era_timed
+from ..hardware.machine_model import CardTime
+from ..hardware.program_forms import MEANINGS, PASSES
+from ..options import spell
 from ..tracer import Tracer
 
-CardTime = tuple[dict[str, Any], list[str]]
+Told = tuple[dict[str, Any], list[str]]
 
 
 @contextmanager
-def watched_for_card(tracer: Tracer) -> Iterator[Callable[[], CardTime]]:
-    """Yield a function to call after the block. The function predicts the time of the block's
-    traversal on the card of the option ``era``. It returns a dict for JSON, and lines of text.
+def watched_for_card(tracer: Tracer) -> Iterator[Callable[[tuple[int, int]], Told]]:
+    """Yield a function to call after the block, with the (width, height) of the picture in pixels.
+    The function predicts the time of the block's traversal on the card of the option ``era``. It
+    returns a dict for JSON, and lines of text.
 
-    The dict has ``card``, ``form`` (of the card's program), ``rays`` (their kinds), ``seconds``
-    and ``parts`` (seconds by name), or only ``no_prediction`` (the reason). If an index in one
-    channel could not have addressed all texels on the card, ``limit`` says so.
+    The dict has ``card``, ``form`` (in which the kernels ran), ``rays`` (their kinds), ``size``,
+    ``seconds``, ``parts`` (seconds by name) and ``forms`` (seconds and parts in each form), or
+    only ``no_prediction`` (the reason). If an index in one channel could not have addressed all
+    texels on the card, ``limit`` says so.
     """
     with era_timed(tracer) as seen:
-        yield lambda: _with_lines(_time_on_card(seen), tracer)
+        yield lambda size: _told(seen, size)
 
 
-def _time_on_card(seen: EraTime) -> dict[str, Any]:
+def _told(seen: EraTime, size: tuple[int, int]) -> Told:
     try:
-        card, time = seen.on_card()
+        times = {form: seen.on_card(form) for form in seen.forms}
     except OptionError as reason:
-        return {"no_prediction": str(reason)}
-    limits = {"limit": one.says for one in seen.refusals[:1]}
-    return {"card": card.name, "form": seen.form, "rays": list(seen.rays),
-            "seconds": time.seconds, **limits,
-            "parts": {name: seconds for name, seconds in time.parts.items() if seconds}}
+        return {"no_prediction": str(reason)}, [f"no prediction: {reason}", *_losses(seen.tracer)]
+    card, limits, ran = seen.card.name, [one.says for one in seen.refusals[:1]], times[seen.ran]
+    lines = [f"the {card} could not have run these kernels. They store an index in one channel, "
+             f"and this scene {says}. The predicted time is that of kernels that address the "
+             "texels by two coordinates, as in the papers" for says in limits]
+    lines += [f"the {card} would have taken about {time.seconds * 1e3:,.0f} ms for the rays of "
+              f"{spell(size)} pixels, without shading (form {form}: {MEANINGS[form]}"
+              f"{_standing(form, seen)}; rays: {', '.join(seen.rays)}; {time.shares})"
+              for form, time in times.items()]
+    found = {"card": card,
+             "form": MEANINGS[PASSES] if seen.ran == PASSES else "packets in one loop",
+             "rays": list(seen.rays), "size": list(size), **_time(ran),
+             **{"limit": says for says in limits},
+             "forms": {form: _time(time) for form, time in times.items()}}
+    return found, lines + _losses(seen.tracer)
 
 
-def _with_lines(found: dict[str, Any], tracer: Tracer) -> CardTime:
-    lines = []
-    if found.get("parts"):
-        shares = sorted(found["parts"].items(), key=lambda part: -part[1])
-        if "limit" in found:
-            lines.append(
-                f"the {found['card']} could not have run these kernels. They store an index in "
-                f"one channel, and this scene {found['limit']}. The next line is the time of "
-                "kernels that address the texels by two coordinates, as in the papers")
-        lines.append(
-            f"the {found['card']} would have taken about {found['seconds'] * 1e3:,.0f} ms "
-            f"for the traversal's passes, without shading (form: {found['form']}; rays: "
-            f"{', '.join(found['rays'])}; "
-            + ", ".join(f"{name} {part / found['seconds']:.0%}" for name, part in shares)
-            + "); `python -m gpgpu_rt.figures --only era_machine` says how well such predictions "
-            "fit")
-    else:
-        lines.append(f"no prediction: {found['no_prediction']}")
-    if "interval" in tracer.options and tracer.options["arithmetic"] == "fp24":
-        lines.append("in fp24 a kd-tree loses hits on triangles that are perpendicular to an "
-                     "axis; docs/era.md says how many")
-    return found, lines
+def _time(time: CardTime) -> dict[str, Any]:
+    return {"seconds": time.seconds, "parts": time.spent}
+
+
+def _standing(form: str, seen: EraTime) -> str:
+    """Return whether the figures judge the form, and whether the kernels ran in the form here."""
+    here = ", as here" if form == seen.ran else ""
+    return here + ("; `python -m gpgpu_rt.figures --only era_machine` compares times in this form "
+                   "with the papers' times" if form == seen.forms[0] else "")
+
+
+def _losses(tracer: Tracer) -> list[str]:
+    if "interval" not in tracer.options or tracer.options["arithmetic"] != "fp24":
+        return []
+    return ["in fp24 a kd-tree loses hits on triangles that are perpendicular to an axis; "
+            "docs/era.md says how many"]

@@ -1,7 +1,8 @@
 """Messages about the chips and methods that have no era form (docs/era.md)."""
 from __future__ import annotations
 
-from ..errors import OptionError
+from ..errors import OptionError, did_you_mean
+from ..hardware.cards import find_card
 from ..methods import find_method, methods
 from ..options import ERAS
 
@@ -9,15 +10,19 @@ NV30 = "the NV30 is left out, because it has a single render target (docs/era.md
 
 
 def check_era(text: str) -> None:
-    """Raise OptionError with the reason if ``text`` is a chip that the option ``era`` lacks for a
-    known reason."""
-    chip, known = text.lower(), ", ".join(ERAS)
+    """Raise OptionError if ``text`` is no chip of the option ``era``. The message names the cards
+    of the chips."""
+    chip = text.lower()
+    known = ", ".join(f"{one} ({find_card(one).name})" for one in ERAS)
     if chip == "nv30":
         raise OptionError(f"option era={text!r}: {NV30}; give one of {known}")
     if chip == "g80":
         raise OptionError(f"option era={text!r} is none of {known}: the G80 has integers and "
-                          "loops, so there is no era form to run; `gpgpu-rt program METHOD "
-                          "--card g80` prints what its kernels cost")
+                          "loops, so there is no era form to run; its times are predicted "
+                          "from Python, by gpgpu_rt.hardware.prediction.predict "
+                          "(docs/hardware.md)")
+    if chip not in (*ERAS, "none", "null"):
+        raise OptionError(f"option era={text!r} is none of {known}{did_you_mean(chip, ERAS)}")
 
 
 def check_era_form(method: str) -> None:

@@ -10,6 +10,7 @@ from ..gl.context import hint, open_gpu, probe
 from ..methods import find_method, methods
 from ..methods.references import reference
 from ..options import spell
+from ..traversal.method import Method
 from .help import described
 from .program import files_of_method
 from .shared import Command, print_json, print_table, word_of
@@ -53,9 +54,10 @@ def _methods(chosen: argparse.Namespace) -> None:
             {**row.to_dict(), "reference": reference(row.citation),
              "files": dict(files_of_method(row.name))} for row in rows])
     if not chosen.names:
-        print_table(("method", "paper", "what it does"),
-                    [(row.name, row.citation, row.summary) for row in rows])
-        print("\n`gpgpu-rt methods NAME` lists a method's own options and files.")
+        print_table(("method", "era", "paper", "what it does"),
+                    [(row.name, _era_word(row), row.citation, row.summary) for row in rows])
+        print("\nera: whether --era can run the method (docs/era.md); loop: only on a card with "
+              "loops.\n`gpgpu-rt methods NAME` lists a method's own options and files.")
     for row in rows if chosen.names else ():
         print(f"{row.name}: {row.summary} ({row.citation})\n"
               f"reference: {reference(row.citation)}\n"
@@ -69,3 +71,9 @@ def _methods(chosen: argparse.Namespace) -> None:
         print()
         print_table(("file", "used by"), files_of_method(row.name))
         print()
+
+
+def _era_word(row: Method) -> str:
+    if row.why_no_era_form():
+        return "-"
+    return "yes" if row.era_packets is None else "loop"

@@ -120,16 +120,17 @@ def _render(chosen: argparse.Namespace) -> None:
             image.save(path)
         _report(chosen, tracer, f"wrote {chosen.output}" + (
             " with the samples drawn before the interrupt" if interrupted else ""), plan,
-            ({}, []) if interrupted else card_time(), timings if chosen.timings else None)
+            ({}, []) if interrupted else card_time(image.size),
+            timings if chosen.timings else None)
         if interrupted:
             raise KeyboardInterrupt
 
 
 def _watched_for_card(tracer: Tracer) -> AbstractContextManager[
-        Callable[[], tuple[dict[str, Any], list[str]]]]:
+        Callable[[tuple[int, int]], tuple[dict[str, Any], list[str]]]]:
     """Return `watched_for_card` under the option ``era``, else a context that measures nothing."""
     if not tracer.options["era"]:
-        return nullcontext(lambda: ({}, []))
+        return nullcontext(lambda size: ({}, []))
     # Import the model of the cards only here: most pictures do not need it.
     from .card_time import watched_for_card
     return watched_for_card(tracer)

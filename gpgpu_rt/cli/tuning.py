@@ -31,7 +31,8 @@ def add_commands(command: Command) -> None:
     sub.add_argument("scene", help="a scene's name or a mesh file")
     add_methods(sub, "all methods that have the given options")
     sub.add_argument("--precisions", type=names, metavar="NAME,NAME,...",
-                     help="precisions to measure: fp32, fp24, fp16; default: all")
+                     help="precisions to measure: fp32, fp24, fp16; default: all, or, with --era, "
+                     "the precision of the chip")
     sub.add_argument("--rays", type=count_word, default=1 << 14, metavar="N",
                      help=f"largest number of rays of each kind ({', '.join(KINDS)}); default "
                      "%(default)s")

@@ -8,9 +8,12 @@ The modules compute the time of a program on a card, step by step:
 * ``trace``: The kernel that each ray runs in each step, recorded from real passes.
 * ``issue``: How often a group of pixels that branch together issues a kernel, and how many of its
   pixels wait. Counters in shaders cannot show how long a ray waits for its neighbours.
+* ``image_issues``: These counts for an image, from samples of its rays.
 * ``machine_model``: Predicts seconds from these counts, with no fitted constant.
-* ``era_time``, ``era_rays``: The predicted time of passes in the era form (docs/era.md), for
-  ``render --era``.
+* ``program_forms``: The forms in which a card can run a method's kernels.
+* ``prediction``: `predict`, all these steps in one call.
+* ``era_time``, ``era_rays``: The predicted time of rays that were traced in the era form
+  (docs/era.md), for ``render --era``.
 * ``published_kernels``: The instruction counts that papers printed.
 * ``table_reads``: The texels that rays read, recorded from the same passes as ``trace``.
 * ``machines``, ``loop_costs``, ``local_store``: Times of machines with ray tracing units, and of

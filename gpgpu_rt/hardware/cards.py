@@ -102,8 +102,9 @@ def cards() -> tuple[Card, ...]:
 
 
 def find_card(name: str) -> Card:
-    """Return a card by its name or its chip's name; raise OptionError for another name."""
+    """Return a card by its name or its chip's name, in upper or lower case; raise OptionError for
+    another name."""
     for card in cards():
-        if name in (card.name, card.chip):
+        if name.lower() in (card.name.lower(), card.chip.lower()):
             return card
     raise OptionError(f"no card {name!r}" + nearest_names(name, [c.chip for c in cards()]))

@@ -13,9 +13,9 @@ from .trace import FINISHED, KernelTrace
 
 QUAD = (2, 2)        # every card of Hachisuka's survey shades pixels in quads, for derivatives
 # The (h, w) of a group in pixels. The survey states no shape, so a group is the rectangle of
-# `branch_width` pixels (cards.json) that is nearest to a square. R420 cannot branch.
+# `branch_width` pixels (cards.json) that is nearest to a square. R300 and R420 cannot branch.
 GROUPS: dict[str, tuple[int, int] | None] = {
-    "R420": None, "NV40": (32, 32), "R580": (6, 8), "G80": (4, 8)}
+    "R300": None, "R420": None, "NV40": (32, 32), "R580": (6, 8), "G80": (4, 8)}
 PASSES_A_CHOICE = 16    # passes that the schedule `kernels` draws between occlusion queries
 WHILE_WHILE, STEP = "while-while", "step"
 ORDERS = (WHILE_WHILE, STEP)

@@ -58,10 +58,10 @@ def setup_slots(card: str, method: str, any_hit: bool = False, **options: Any) -
     Parameters
     ----------
     card : a name from `static_costs.COMPILERS`
-    options : the options of a packet method; other methods use their defaults
+    options : the method's options
     """
     if method not in packet_methods():
-        return issue_slots(static_cost(card, method, "init", any_hit))
+        return issue_slots(static_cost(card, method, "init", any_hit, **options))
     whole, *kernels = (
         issue_slots(static_cost(card, method, name, any_hit, True, **options))
         for name in (LOOP, *(one.kernel for one in era_programs(method, any_hit, True, **options)

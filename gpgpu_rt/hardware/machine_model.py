@@ -77,6 +77,17 @@ class CardTime:
     def seconds(self) -> float:
         return sum(self.parts.values())
 
+    @property
+    def spent(self) -> dict[str, float]:
+        """Name -> seconds of each part that takes time."""
+        return {name: seconds for name, seconds in self.parts.items() if seconds}
+
+    @property
+    def shares(self) -> str:
+        """The share of each part in words, the largest first."""
+        return ", ".join(f"{name} {part / self.seconds:.0%}" for name, part in sorted(
+            self.spent.items(), key=lambda one: -one[1]))
+
     def __add__(self, other: CardTime) -> CardTime:
         return CardTime({name: self.parts[name] + other.parts[name] for name in SHARES})
 

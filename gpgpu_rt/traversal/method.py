@@ -311,7 +311,8 @@ class Method:
         return {"name": self.name, "summary": self.summary, "citation": self.citation,
                 "kernels": list(self.kernels), "schedules": list(self.schedules),
                 "options": {o.name: o.default for o in self.options}, "stack": self.stack,
-                "packet": self.packet, "dynamic": self.dynamic, "refit": self.refit is not None}
+                "packet": self.packet, "dynamic": self.dynamic, "refit": self.refit is not None,
+                "era_form": not self.why_no_era_form()}
 
 
 def nothing_kept(prepare: Callable[[np.ndarray, Mapping[str, Any]], Accelerator]

@@ -18,7 +18,7 @@ from gpgpu_rt.accuracy.candidates import precisions
 from gpgpu_rt.accuracy.known_rays import WITHIN_BOUND, WRONG, KnownRays, bytes_in_flight
 from gpgpu_rt.accuracy.measure import Yardstick, accuracy
 from gpgpu_rt.gl.environment import environment
-from gpgpu_rt.methods import find_method
+from gpgpu_rt.methods import find_method, methods
 from gpgpu_rt.reference.picture import reference_picture
 
 METHODS = [row.name for row in rt.methods()]
@@ -268,6 +268,22 @@ def test_of_all_methods_those_are_left_out_that_refuse_an_option(ball) -> None:
     assert "kd-restart" in names and not names & {"kd-stack", "bvh-threaded", "bvh-stack"}
     left = next(line for line in told if "do not have" in line)
     assert "kd-stack" in left and "bvh-threaded" in left and "kd-restart" not in left
+
+
+@pytest.mark.parametrize("method", [row.name for row in methods() if not row.why_no_era_form()])
+@pytest.mark.parametrize("era, own", [("nv40", "fp32"), ("r420", "fp24")])
+def test_the_era_form_is_measured_in_the_numbers_of_its_chip(ball, method, era, own) -> None:
+    """Other numbers are refused before rays are traced."""
+    if era == "r420" and find_method(method).era_packets is not None:
+        return      # a packet's program is a loop, and the card has no loops
+    (row,) = accuracy(ball, [method], None, {"era": era}, 16, (8, 8))
+    assert row["precision"] == own
+    said: list[str] = []
+    for formats in (["fp16"], ["fp32", "fp24"]):
+        with pytest.raises(rt.OptionError, match=rf"{method}: era={era} computes in {own}; leave "
+                           r"out .*--precisions"):
+            accuracy(ball, [method], formats, {"era": era}, 16, (8, 8), report=said.append)
+    assert not said
 
 
 def test_options_no_method_has(ball) -> None:

@@ -9,12 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-import gpgpu_rt as rt
 from gpgpu_rt import cli
-from gpgpu_rt.hardware import era_rays
-from gpgpu_rt.hardware.era_time import era_timed
-from gpgpu_rt.hardware.issue import issued_in_passes
-from gpgpu_rt.hardware.machine_model import stream_fetches, time_of_passes
 from gpgpu_rt.hardware.static_costs import COMPILERS, era_programs, static_cost
 
 
@@ -106,8 +101,9 @@ def test_a_picture_in_the_era_form_says_what_the_card_would_have_taken(capsys, t
     told = _rendered(capsys, tmp_path, "--era", "nv40")
     found = re.search(r"the NVIDIA GeForce 6800 Ultra would have taken about ([\d,]+) ms", told)
     assert found and int(found[1]) > 0
-    shares = [int(share) for share in re.findall(r"(\d+)%", told)]
-    assert 97 <= sum(shares) <= 103     # percentages, each rounded
+    for line in (line for line in told.splitlines() if "would have taken" in line):
+        shares = [int(share) for share in re.findall(r"(\d+)%", line)]
+        assert 97 <= sum(shares) <= 103     # percentages, each rounded
     assert "would have taken" not in _rendered(capsys, tmp_path)
     assert "the ATI Radeon 9700 Pro would have taken about" in _rendered(
         capsys, tmp_path, "--era", "r300")
@@ -127,8 +123,9 @@ def test_program_says_why_a_chip_is_missing(capsys, chip: str, says: str) -> Non
 
 
 @pytest.mark.parametrize("chip, says", [
-    ("g80", "`gpgpu-rt program METHOD --card g80`"),
-    ("nv30", "the NV30 is left out, because it has a single render target")])
+    ("g80", "gpgpu_rt.hardware.prediction.predict"),
+    ("nv30", "the NV30 is left out, because it has a single render target"),
+    ("6800", "nv40 (NVIDIA GeForce 6800 Ultra), r580 (ATI Radeon X1900 XTX)")])
 def test_chips_without_an_era_form_say_why(capsys, tmp_path, chip: str, says: str) -> None:
     assert cli.main(["render", "cornell", "-m", "grid", "--era", chip, "-o",
                      str(tmp_path / "picture.png")]) != 0
@@ -157,81 +154,31 @@ def test_a_scene_beyond_the_index_gets_the_time_of_two_coordinates(capsys, tmp_p
     assert "the ATI Radeon X800 XT PE would have taken about" in text
 
 
-def test_waiting_lanes_and_time_are_those_of_the_whole_trace() -> None:
-    """`era_timed` predicts what `time_of_passes` predicts from a trace of the same rays."""
-    scene, method = rt.load_scene("cornell"), "kd-restart"
-    rays = scene.camera.rays((64, 64))
-    with rt.Tracer(scene, method, era="nv40") as tracer:
-        with era_timed(tracer) as seen:
-            tracer.trace(*rays)
-        card, time = seen.on_card()
-        with seen.kept.stepper() as stepper:
-            issued = issued_in_passes(seen.kept.calls[0].record(stepper))
-    whole = time_of_passes(
-        card, issued, {name: static_cost("nv40", method, name) for name in issued.kernels},
-        {name: stream_fetches(method, name, in_loop=False) for name in issued.kernels}, 64 * 64)
-    assert time.parts["waiting lanes"] > 0
-    # A log counts one query more than the host waits for.
-    for name in ("arithmetic", "texture", "waiting lanes"):
-        assert time.parts[name] == pytest.approx(whole.parts[name], rel=0.02)
-    assert time.seconds == pytest.approx(whole.seconds, rel=0.05)
-
-
-def test_tiles_of_an_image_stand_for_all_its_rays(monkeypatch) -> None:
-    """Two calls of different size, of which only tiles are traced again, get nearly the time that
-    they get if all their rays are traced again."""
-    scene = rt.load_scene("cornell")
-    times = []
-    for tile in (era_rays.TILE, 8):
-        monkeypatch.setattr(era_rays, "TILE", tile)
-        with rt.Tracer(scene, "kd-restart", era="nv40") as tracer:
-            with era_timed(tracer) as seen:
-                for side in (64, 96):
-                    tracer.trace(*scene.camera.rays((side, side)))
-            times.append(seen.on_card()[1])
-            shares = [one.share for one in seen.kept.calls]
-    assert shares[0] == 1 / 16 and shares[1] == 1 / 36
-    whole, tiled = times
-    for name in ("arithmetic", "texture", "waiting lanes"):
-        assert tiled.parts[name] == pytest.approx(whole.parts[name], rel=0.25)
-    assert tiled.seconds == pytest.approx(whole.seconds, rel=0.1)
-
-
-def test_a_time_names_its_form_and_its_rays(capsys, tmp_path) -> None:
-    told = _rendered(capsys, tmp_path, "--era", "nv40")
-    assert ("(form: one kernel per pass; rays: eye rays and other nearest-hit rays, shadow rays; "
-            in told)
-    assert "waiting lanes" in told
+def test_a_time_names_its_form_its_rays_and_the_size(capsys, tmp_path) -> None:
+    """Both forms get a line: the form whose times the figures compare with the papers' times, and
+    the form in which the kernels ran."""
+    step, passes = (line for line in _rendered(capsys, tmp_path, "--era", "nv40").splitlines()
+                    if "would have taken" in line)
+    assert "form step: " in step and "era_machine` compares" in step and "as here" not in step
+    assert "form passes: one kernel per pass, as here;" in passes and "compares" not in passes
+    for line in (step, passes):
+        assert "32x32 pixels" in line and "waiting lanes" in line
+        assert "rays: eye rays and other nearest-hit rays, shadow rays; " in line
     data = json.loads(_rendered(capsys, tmp_path, "--era", "nv40", "--json"))["on_card"]
     assert data["form"] == "one kernel per pass" and len(data["rays"]) == 2
+    assert data["size"] == [32, 32] and list(data["forms"]) == ["step", "passes"]
+    assert data["forms"]["passes"]["seconds"] == data["seconds"]
+    (both,) = (line for line in _rendered(capsys, tmp_path, "--era", "r420").splitlines()
+               if "would have taken" in line)
+    assert "era_machine` compares" in both and "as here" in both
 
 
-def test_nearest_and_any_hits_are_summed() -> None:
-    """The kernel `intersect` has one program for nearest hits and another for any hits. The
-    predicted time of both calls is the sum of their times."""
-    scene = rt.load_scene("cornell")
-    rays = scene.camera.rays((32, 32))
-    seconds = {}
-    with rt.Tracer(scene, "kd-restart", era="nv40") as tracer:
-        for name, calls in (("nearest", [tracer.trace]), ("any", [tracer.occluded]),
-                            ("both", [tracer.trace, tracer.occluded])):
-            with era_timed(tracer) as seen:
-                for call in calls:
-                    call(*rays)
-            seconds[name] = seen.on_card()[1].seconds
-    assert seconds["both"] == pytest.approx(seconds["nearest"] + seconds["any"], rel=1e-6)
-
-
-def test_twice_the_passes_take_twice_the_time(tmp_path) -> None:
-    scene = rt.load_scene("cornell")
-    rays = scene.camera.rays((32, 32))
-    with rt.Tracer(scene, "kd-restart", era="nv40") as tracer:
-        seconds = []
-        for times in (1, 2):
-            with era_timed(tracer) as seen:
-                for _ in range(times):
-                    tracer.trace(*rays)
-            card, time = seen.on_card()
-            assert card.chip == "NV40"
-            seconds.append(time.seconds)
-    assert seconds[1] == pytest.approx(2 * seconds[0], rel=1e-6)
+def test_methods_says_which_methods_have_an_era_form(capsys) -> None:
+    assert cli.main(["methods"]) == 0
+    rows = dict(line.split()[:2] for line in capsys.readouterr().out.partition("\n\n")[0]
+                .splitlines()[2:])
+    assert cli.main(["methods", "--json"]) == 0
+    forms = {row["name"]: row["era_form"] for row in json.loads(capsys.readouterr().out)}
+    assert {name: word != "-" for name, word in rows.items()} == forms
+    assert [name for name, word in rows.items() if word == "loop"] == ["kd-packet"]
+    assert forms["kd-restart"] and not forms["bih"]

@@ -15,12 +15,13 @@ import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import EYE, workload
 from gpgpu_rt.figures.experiments import era_machine
 from gpgpu_rt.figures.experiments.era_machine_page import _view, bars, by_method, far_off
-from gpgpu_rt.figures.framework import era_counts, predicted_times
+from gpgpu_rt.figures.framework import predicted_times
 from gpgpu_rt.figures.framework.output import number
 from gpgpu_rt.figures.survey import fig12_eye_rays as fig12
 from gpgpu_rt.figures.survey import fig13_horn_improvements as fig13
 from gpgpu_rt.figures.survey import fig16_ropes_and_packets as fig16
 from gpgpu_rt.figures.survey import fig20_whole_images as fig20
+from gpgpu_rt.hardware import image_issues, program_forms
 from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE
 from gpgpu_rt.hardware.machine_model import ASSUMED
@@ -36,7 +37,7 @@ def _counts(kernels: Sequence[str] = ("down", "intersect")) -> dict:
     issued = {"kernels": list(kernels), "runs": [RUNS, 0], "lanes": [2 * RUNS, 0],
               "iterations": 0, "passes": [0, 0], "queries": 0}
     return {"pixels": PIXELS, "rays": PIXELS / 2, "issued": {
-        form: issued for form in (WHILE_WHILE, STEP, era_counts.PASSES)}}
+        form: issued for form in (WHILE_WHILE, STEP, program_forms.PASSES)}}
 
 
 def _write(data: Path) -> None:
@@ -69,6 +70,7 @@ def test_the_table_holds_what_the_counts_say(tmp_path: Path) -> None:
     assert float(primary["published_ns"]) == pytest.approx(1e3 / 38.3)
     assert {row["form"] for row in rows.values() if row["scored"] == "True"} == {WHILE_WHILE}
     page = (tmp_path / "era_machine.md").read_text()
+    assert "paper's images: 1024x1024 pixels in fig13.\n" in page
     assert "draw_seconds doubled" in page and "missed by" in page
     assert "`gpgpu-rt scenes --fetch`" in page
     assert (tmp_path / "era_machine.png").stat().st_size > 5_000
@@ -136,7 +138,7 @@ def test_a_time_of_less_than_three_instructions_a_test_is_ruled_out(tmp_path: Pa
             (cell,) = cells.values()
             tests = PIXELS * triangles[panel.scene]
             write_cell(cell, tmp_path, counts={
-                "pixels": PIXELS, "rays": PIXELS, "issued": {era_counts.PASSES: {
+                "pixels": PIXELS, "rays": PIXELS, "issued": {program_forms.PASSES: {
                     "kernels": ["intersect"], "runs": [tests], "lanes": [tests],
                     "iterations": 0, "passes": [1], "queries": 0}}})
     found = {row.panel.scene: row.ruled_out for row in era_machine.rows(tmp_path, False)}
@@ -154,10 +156,10 @@ def test_a_form_that_was_not_counted_has_no_row(tmp_path: Path) -> None:
     forms: dict[str, dict[str, float]] = {}
     for row in era_machine.rows(tmp_path, False):
         forms.setdefault(row.column.method, {})[row.form] = row.nanoseconds()
-    assert set(forms["grid"]) == {STEP, WHILE_WHILE, era_counts.PASSES}
-    assert set(forms["kd-ropes"]) == {WHILE_WHILE, STEP, era_counts.UNCOALESCED}
+    assert set(forms["grid"]) == {STEP, WHILE_WHILE, program_forms.PASSES}
+    assert set(forms["kd-ropes"]) == {WHILE_WHILE, STEP, program_forms.UNCOALESCED}
     cached, alike, past = (forms["kd-ropes"][name] for name in (
-        WHILE_WHILE, STEP, era_counts.UNCOALESCED))
+        WHILE_WHILE, STEP, program_forms.UNCOALESCED))
     # Half of the lanes wait. In the form UNCOALESCED, loads bypass the texture units, and waiting
     # lanes load nothing. This form therefore takes less time.
     assert cached == alike and past < 0.9 * cached
@@ -173,11 +175,11 @@ def test_a_missed_bar_is_named_with_its_distance() -> None:
 def test_counts_of_an_image_keep_the_runs_of_each_ray() -> None:
     """All four forms of a program have the same kernel runs, but differ in lanes and passes."""
     scene = load_scene("cornell")
-    found = era_counts.measure(scene, workload("cornell", EYE, 256), "bvh-threaded", {}, "G80")
+    found = image_issues.measure(scene, workload("cornell", EYE, 256), "bvh-threaded", {}, "G80")
     assert found["pixels"] == 256 * 256
     runs = {form: issued["runs"] for form, issued in found["issued"].items()}
     assert len(set(map(tuple, runs.values()))) == 1 and len(runs) == 4
-    loop, passes = (found["issued"][form] for form in (WHILE_WHILE, era_counts.PASSES))
+    loop, passes = (found["issued"][form] for form in (WHILE_WHILE, program_forms.PASSES))
     assert all(lanes >= ran for lanes, ran in zip(loop["lanes"], loop["runs"]))
     assert sum(passes["passes"]) > 0 and not loop["passes"]
 
@@ -185,9 +187,9 @@ def test_counts_of_an_image_keep_the_runs_of_each_ray() -> None:
 def test_lanes_of_a_warp_run_what_their_packet_visits() -> None:
     """A packet's counters say how often each of its lanes runs a kernel."""
     scene, size = load_scene("cornell"), 192     # the counted tiles cover the image
-    found = era_counts.measure(scene, workload("cornell", EYE, size), "bvh-packet", {}, "G80")
-    issued = found["issued"][era_counts.PACKETS]
-    with rt.Tracer(scene, "bvh-packet", statistics=True, packet=era_counts.WARP_PACKET,
+    found = image_issues.measure(scene, workload("cornell", EYE, size), "bvh-packet", {}, "G80")
+    issued = found["issued"][program_forms.PACKETS]
+    with rt.Tracer(scene, "bvh-packet", statistics=True, packet=image_issues.WARP_PACKET,
                    intersection="moller-trumbore") as tracer:
         hits = tracer.trace(*scene.camera.rays((size, size)))
     # Each ray of a packet stores two counts: the nodes that the packet visits, and the triangle
@@ -197,13 +199,14 @@ def test_lanes_of_a_warp_run_what_their_packet_visits() -> None:
     # The two packets of a warp have some nodes and triangles in common, but not all.
     for runs, lanes in zip(issued["runs"], issued["lanes"]):
         assert runs < lanes < 1.9 * runs
-    assert era_counts.forms_of("bvh-packet", "R580", (STEP,)) == ()
+    assert program_forms.forms_of("bvh-packet", "R580") == ()
 
 
 def test_a_fragment_of_a_card_with_branches_traces_a_packet() -> None:
     scene, size = load_scene("cornell"), 192     # the counted tiles cover the image
     options = {"push_down": True, "stack_size": 3, "skip_empty_leaves": False}
-    found = era_counts.measure(scene, workload("cornell", EYE, size), "kd-packet", options, "R580")
+    found = image_issues.measure(scene, workload("cornell", EYE, size), "kd-packet", options,
+                                 "R580")
     assert list(found["issued"]) == [WHILE_WHILE, STEP]
     assert (found["pixels"], found["rays"]) == (size * size, size * size)
     with rt.Tracer(scene, "kd-packet", statistics=True, intersection="moller-trumbore",
@@ -216,11 +219,11 @@ def test_a_fragment_of_a_card_with_branches_traces_a_packet() -> None:
         assert size * size / 5 < runs["begin"] <= size * size / 4   # some rays miss the box
         assert runs["pop"] >= runs["push"] / 2 > 0
         assert all(lanes[name] >= runs[name] for name in runs)
-    assert era_counts.forms_of("kd-packet", "R420", (STEP,)) == ()
-    assert era_counts.forms_of("kd-packet", "G80", (STEP,)) == (era_counts.PACKETS,)
+    assert program_forms.forms_of("kd-packet", "R420") == ()
+    assert program_forms.forms_of("kd-packet", "G80") == (program_forms.PACKETS,)
 
 
 def test_brute_force_tests_every_triangle() -> None:
     scene = load_scene("cornell")
-    found = era_counts.measure(scene, workload("cornell", EYE, 64), "brute-force", {}, "R420")
-    assert found["issued"][era_counts.PASSES]["runs"] == (64 * 64 * len(scene),)
+    found = image_issues.measure(scene, workload("cornell", EYE, 64), "brute-force", {}, "R420")
+    assert found["issued"][program_forms.PASSES]["runs"] == (64 * 64 * len(scene),)

@@ -16,7 +16,7 @@ from gpgpu_rt.figures.experiments import gap_work, ideal_hardware, retention, si
 from gpgpu_rt.figures.experiments.coherence import observe_order
 from gpgpu_rt.figures.framework import results
 from gpgpu_rt.figures.framework.cell import Cell
-from gpgpu_rt.figures.framework.era_counts import STEPWISE, tile_pixels
+from gpgpu_rt.hardware.image_issues import STEPWISE, tile_pixels
 from gpgpu_rt.hardware.issue import WHILE_WHILE, WITHIN, issued_in_loop
 from gpgpu_rt.hardware.machines import machines
 from gpgpu_rt.hardware.static_costs import static_cost

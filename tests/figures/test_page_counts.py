@@ -21,9 +21,9 @@ from faked_cells import write_cell
 
 from gpgpu_rt.bench.workloads import EYE, SHADOW, mirror
 from gpgpu_rt.figures import command
-from gpgpu_rt.figures.framework import era_counts, pages, predicted_times, summary, verdicts
+from gpgpu_rt.figures.framework import pages, predicted_times, summary, verdicts
 from gpgpu_rt.figures.framework.catalogue import FIGURES, figure_of, of_survey
-from gpgpu_rt.figures.framework.cell import Cell
+from gpgpu_rt.figures.framework.cell import ISSUES, Cell
 from gpgpu_rt.figures.survey import fig14_mirrors as fig14
 
 JUDGED = [name for name in FIGURES if of_survey(name) and hasattr(figure_of(name), "judge")]
@@ -165,7 +165,7 @@ def _check(figure: str, data: Path, out: Path) -> None:
     """Counts scenes and pairs again, and compares them with the JSON file, page and index."""
     held = json.loads((out / f"{figure}.json").read_text())
     cells = [json.loads((data / cell["file"]).read_text()) for cell in held["cells"]
-             if not cell["settings"]["work"].startswith(era_counts.WORK)]
+             if not cell["settings"]["work"].startswith(ISSUES)]
     said = held["verdict"]
     here = said["renderer"] or said
     title = FIGURES[figure]
@@ -206,7 +206,7 @@ def drawn(request, tmp_path_factory) -> Iterator[tuple[tuple[str, ...], Path, Pa
             if cell.work in (EYE, SHADOW, "picture", "tree", "updates") or (
                     cell.work.startswith("mirror")):
                 _write(cell, name, data, request.param)
-            elif cell.work.startswith(era_counts.WORK) and name in PREDICTED:
+            elif cell.work.startswith(ISSUES) and name in PREDICTED:
                 _write_counts(cell, name, data, request.param)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pages, "worth_workers", lambda parts: False)

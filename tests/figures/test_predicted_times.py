@@ -10,12 +10,12 @@ from faked_cells import write_cell
 from gpgpu_rt.figures.framework import comparison, pages, predicted_times, provenance, verdicts
 from gpgpu_rt.figures.framework.cell import Cell
 from gpgpu_rt.figures.framework.comparison import Comparison, Panel
-from gpgpu_rt.figures.framework.era_counts import PASSES
 from gpgpu_rt.figures.framework.published_numbers import nanoseconds
 from gpgpu_rt.figures.survey import fig12_eye_rays as fig12
 from gpgpu_rt.figures.survey import fig13_horn_improvements as fig13
 from gpgpu_rt.figures.survey import fig20_whole_images as fig20
 from gpgpu_rt.hardware.issue import STEP, WHILE_WHILE
+from gpgpu_rt.hardware.program_forms import PASSES
 from gpgpu_rt.hardware.static_costs import static_cost
 
 COUNTERS = {"nodes_visited": 1.0, "triangles_tested": 1.0, "steps": 2.0}
@@ -62,6 +62,7 @@ def test_the_card_decides_and_the_renderer_stands_beside(reverse: bool, tmp_path
     assert said.why.startswith("Times predicted for the ATI Radeon X800 XT PE: ")
     pages.draw(["fig12"], tmp_path, tmp_path, False)
     page = (tmp_path / "fig12.md").read_text()
+    assert "X800 XT PE would have taken for 512x512 pixels, " in page
     assert page.count(f'times of the present renderer is "{said.renderer.word}"') == 1
     assert ("tau-b predicted -1, tau-b here 1" if reverse
             else "tau-b predicted 1, tau-b here -1") in page

@@ -7,7 +7,7 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.errors import OptionError
-from gpgpu_rt.figures.framework.era_counts import STEPWISE
+from gpgpu_rt.hardware.image_issues import STEPWISE
 from gpgpu_rt.hardware.local_store import lines_of, transfers
 from gpgpu_rt.hardware.loop_costs import loop_costs
 from gpgpu_rt.hardware.table_reads import FIELDS, TABLE, TABLES, table_reads

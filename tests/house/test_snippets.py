@@ -1,5 +1,5 @@
-"""Tests that the commands and the Python code in README, docs/replication.md, the tour and the
-how-to pages run as the pages show them."""
+"""Tests that the commands and the Python code in README, docs/hardware.md, docs/replication.md,
+the tour and the how-to pages run as the pages show them."""
 from __future__ import annotations
 
 import re

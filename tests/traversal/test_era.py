@@ -9,6 +9,7 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.errors import LimitError, OptionError
+from gpgpu_rt.gl.precision import PRECISIONS
 from gpgpu_rt.inspect.program_text import program_text
 from gpgpu_rt.inspect.time_travel import travel
 from gpgpu_rt.methods import methods
@@ -38,8 +39,8 @@ def scenes():
 @pytest.mark.parametrize("name", NAMES)
 def test_finds_the_same_triangles(scenes, name, scene, era):
     rays = scenes[scene].camera.rays((SIDE, SIDE))
-    numbers = {"precision": ERAS[era]["precision"]} if "precision" in ERAS[era] else {}
-    with rt.Tracer(scenes[scene], name, intersection="moller-trumbore", **numbers) as tracer:
+    with rt.Tracer(scenes[scene], name, intersection="moller-trumbore",
+                   precision=ERAS[era]["precision"]) as tracer:
         today = tracer.trace(*rays)
     with rt.Tracer(scenes[scene], name, era=era) as tracer:
         era_hits = tracer.trace(*rays)
@@ -139,8 +140,15 @@ def test_options_that_the_era_form_does_not_have_are_refused(scenes, more):
         rt.Tracer(scenes["cornell"], "kd-restart", era="r420", **more)
 
 
-def test_a_value_that_a_chip_implies_may_be_given(scenes):
-    rt.Tracer(scenes["cornell"], "kd-restart", era="r420", precision="fp24").release()
+@pytest.mark.parametrize("era", ERAS)
+def test_only_the_numbers_of_a_chip_may_be_given(scenes, era):
+    for name in ("precision", "storage", "arithmetic"):
+        for value in PRECISIONS:
+            if value == ERAS[era]["precision"]:
+                rt.Tracer(scenes["cornell"], "kd-restart", era=era, **{name: value}).release()
+                continue
+            with pytest.raises(OptionError, match=f"era={era} implies.*; leave {name} out"):
+                rt.Tracer(scenes["cornell"], "kd-restart", era=era, **{name: value})
 
 
 def test_the_reason_names_the_option_that_has_no_era_form(scenes):

@@ -1,0 +1,232 @@
+"""Image issues: counts how often a card issues a method's kernels, for an image's rays.
+
+An issue runs a kernel for all pixels that branch together (issue.py). Not all rays are traced: an
+even sample of the image gives each kernel's runs, and the numbers of passes and queries. Tiles of
+the image give the lanes of each run, because only neighbours branch together.
+"""
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ..bench.workloads import Workload
+from ..methods import find_method
+from ..scene.scene import Scene
+from ..tracer import Tracer
+from ..traversal.packets import packet_of
+from . import packet_trace
+from .issue import (
+    GROUPS, ORDERS, QUAD, STEP, WITHIN, KernelIssues, issued_in_loop, issued_in_passes
+)
+from .program_forms import (
+    BLOCKS, PACKETS, PASSES, SAME_WALK, SINGLE_RAYS, SMALLER, SMALLER_GROUPS, packets_in_loop
+)
+from .trace import KernelTrace, record_trace
+from .warp_packets import growth
+
+# TILE: least side of a tile in pixels. Each card's groups (pixels that branch together) fill a
+# tile exactly. Neighbours in a tile are neighbours in the image. TILES: tiles along an axis.
+TILE, TILES = 96, 2
+SPARSE = 128     # the image is also sampled at SPARSE x SPARSE pixels, evenly spread
+BLOCK = (8, 8)   # (h, w) of the pixels that the early depth test rejects together, under BLOCKS
+# Options for a trace with the era form's triangle test. A pass runs one step of every ray.
+STEPWISE = {"schedule": "step", "steps_per_pass": 1, "intersection": "moller-trumbore"}
+# The largest packet of this program. Two such packets make a warp's packet (warp_packets.py).
+WARP_PACKET = (4, 4)
+# Kernel -> the packet counter that says how often each lane runs the kernel, and the runs per
+# count. A bvh-packet counts a node once but tests the boxes of its two children: two runs of
+# `traverse`. The counter of triangle tests is a sum over a packet's rays, hence the division.
+RUNS = {"down": ("nodes_visited", 1.0), "traverse": ("nodes_visited", 2.0),
+        "follow_rope": ("leaves_visited", 1.0),
+        "intersect": ("triangles_tested", 1 / math.prod(WARP_PACKET))}
+# Kernel -> the packet's kernel that visits the same nodes or triangles, and the state's field with
+# the node or the cursor.
+PLACES = {"down": ("traverse", "node"), "traverse": ("traverse", "node"),
+          "follow_rope": ("leave", "node"), "intersect": ("intersect", "cursor")}
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Two samples of the rays of an image or of another array.
+
+    Attributes
+    ----------
+    sparse : evenly spread pixels; they give each kernel's runs
+    tiles : tiles of neighbouring pixels; they give the waiting lanes
+    pixels : the number of pixels of the whole image
+    """
+
+    sparse: Workload
+    tiles: Workload
+    pixels: int
+
+    @property
+    def live(self) -> float:
+        """The estimated number of pixels of the whole image that have a ray."""
+        return self.pixels * self.sparse.live / len(self.sparse.origins)
+
+
+def sampled(rays: Workload, method: str, chip: str) -> Samples:
+    """Return the samples of an image's rays that `count_issues` traces.
+
+    Parameters
+    ----------
+    rays : all rays of the image, or of an array of rays with a ``shape``
+    method, chip : they decide which pixels branch together
+    """
+    height, width = shape = rays.shape or (rays.size, rays.size)
+    packet = 2 if packets_in_loop(method, chip) else 1
+    group = GROUPS[chip] or QUAD
+    sparse = [_spread(side, packet) for side in shape]
+    tiles = [_tile_places(side, -(-TILE // (lanes * packet)) * lanes * packet, TILES)
+             for side, lanes in zip(shape, group)]
+    return Samples(*(rays.part(rows[:, None] * width + columns)
+                     for rows, columns in (sparse, tiles)), height * width)
+
+
+def measure(scene: Scene, rays: Workload, method: str, options: Mapping[str, Any],
+            chip: str) -> dict[str, Any]:
+    """Count how often each form of a card's program issues its kernels for the rays of an image.
+
+    Parameters
+    ----------
+    scene : the scene that the rays hit
+    rays : all rays of the image
+    method : a method of which `program_forms.forms_of` knows a form on the chip
+    options : options of the tracer and the method
+    chip : a chip of `program_forms.FORMS`
+
+    Returns
+    -------
+    dict with ``pixels``, ``rays`` (the number of pixels with a ray) and ``issued`` (form -> the
+    fields of `KernelIssues`, for the whole image)
+    """
+    samples = sampled(rays, method, chip)
+    if method in SINGLE_RAYS and not packets_in_loop(method, chip):
+        issued = _issued_of_packets(scene, rays, samples, method, options)
+        return _counts(samples, {PACKETS: issued})
+    return count_issues(scene, samples, method, options, chip)
+
+
+def count_issues(scene: Scene, samples: Samples, method: str, options: Mapping[str, Any],
+                 chip: str) -> dict[str, Any]:
+    """Return what `measure` returns, from samples of the rays. The packets of a warp need all
+    rays, so for these packets call `measure`."""
+    pixels = samples.pixels
+    if method == "brute-force":
+        tests = round(samples.live * len(scene))
+        # Every ray tests every triangle, so no lane waits.
+        return _counts(samples, {PASSES: KernelIssues(
+            ("intersect",), (tests,), (tests,), 0, (len(scene),), len(scene) // 16)})
+    packets, group = packets_in_loop(method, chip), GROUPS[chip]
+    with Tracer(scene, SAME_WALK.get(method, method), **{**options, **STEPWISE}) as tracer:
+        image, tiles = (_recorded(tracer, part, packets)
+                        for part in (samples.sparse, samples.tiles))
+        fragments = pixels // math.prod(packet_of(tracer.options)) if packets else pixels
+    found = {} if group is None else {
+        order: _scaled(issued_in_loop(tiles, group, order, WITHIN), image, fragments)
+        for order in ORDERS}
+    if packets:
+        return _counts(samples, found)
+    passes = issued_in_passes(image)
+    found |= {form: _scaled(issued_in_passes(tiles, block=block), image, pixels, passes)
+              for form, block in ((PASSES, QUAD), (BLOCKS, BLOCK))}
+    if chip in SMALLER_GROUPS:
+        found[SMALLER] = _scaled(issued_in_loop(tiles, SMALLER_GROUPS[chip], STEP, WITHIN), image,
+                                 pixels)
+    return _counts(samples, found)
+
+
+def _issued_of_packets(scene: Scene, rays: Workload, samples: Samples, method: str,
+                       options: Mapping[str, Any]) -> KernelIssues:
+    """Return how often packets issue each kernel, with a packet's rays as the lanes of a warp.
+
+    The counters of all rays give each kernel's runs for packets of WARP_PACKET. The tiles give the
+    factor by which a warp's larger packet occupies more lanes.
+    """
+    chosen = {**options, "intersection": "moller-trumbore", "packet": WARP_PACKET}
+    with Tracer(scene, method, **chosen) as tracer, tracer.counting():
+        rays.trace(tracer)
+        means = tracer.statistics.counters
+    kernels = tuple(name for name in find_method(SINGLE_RAYS[method]).kernels if name in RUNS)
+    places = dict(PLACES[name] for name in kernels)
+    with Tracer(scene, method, **{**chosen, "schedule": "step"}) as tracer:
+        part = samples.tiles
+        assert part.shape is not None
+        more = growth(record_trace(tracer, part.shape, lambda: part.trace(tracer),
+                                   sorted(set(places.values()))), WARP_PACKET, places)
+    runs = [means[counter] * times * samples.pixels
+            for counter, times in map(RUNS.__getitem__, kernels)]
+    lanes = [count * more[PLACES[name][0]] for name, count in zip(kernels, runs)]
+    steps = means["steps"] * samples.pixels * sum(lanes) / max(sum(runs), 1)
+    return KernelIssues(kernels, tuple(map(round, runs)), tuple(map(round, lanes)), round(steps),
+                        (0,) * len(kernels))
+
+
+def _recorded(tracer: Tracer, part: Workload, packets: bool) -> KernelTrace:
+    assert part.shape is not None
+    stack = packets and bool(tracer.options["stack_size"])
+    trace = record_trace(tracer, part.shape, lambda: part.trace(tracer),
+                         packet_trace.fields_of(stack) if packets else ())
+    return packet_trace.in_loop(trace, stack) if packets else trace
+
+
+def _spread(side: int, packet: int) -> np.ndarray:
+    """Return at most SPARSE of the ``side`` rows (or columns) of an image, evenly spread, as runs
+    of ``packet`` neighbours."""
+    if side <= SPARSE:
+        return np.arange(side)
+    count = SPARSE // packet
+    starts = (np.arange(count) * side + side // 2) // count // packet * packet
+    return (starts[:, None] + np.arange(packet)).reshape(-1)
+
+
+def _tile_places(side: int, tile: int, tiles: int) -> np.ndarray:
+    """Return which rows (or columns) of an image the tiles have; all of them if the tiles would
+    overlap.
+
+    The axis is divided into ``tiles`` equal parts, with a tile in the middle of each.
+    """
+    if side <= tiles * tile:
+        return np.arange(side)
+    starts = ((2 * np.arange(tiles) + 1) * side // (2 * tiles) - tile // 2) // 2 * 2
+    return (starts[:, None] + np.arange(tile)).reshape(-1)
+
+
+def tile_pixels(size: int, tile: int, tiles: int) -> np.ndarray:
+    """Return the indices of the pixels of ``tiles`` x ``tiles`` tiles, as a square array.
+
+    Parameters
+    ----------
+    size : side of the image in pixels
+    tile : side of a tile in pixels
+    tiles : number of tiles across, and down
+    """
+    places = _tile_places(size, tile, tiles)
+    return places[:, None] * size + places
+
+
+def _scaled(issued: KernelIssues, image: KernelTrace, pixels: int,
+            host: KernelIssues | None = None) -> KernelIssues:
+    """Return the issues of the tiles, scaled kernel by kernel to the whole image.
+
+    ``host`` gives the image's passes and queries.
+    """
+    factor = pixels / math.prod(image.steps.shape[1:])
+    runs = [factor * image.totals()[name] for name in issued.kernels]
+    grown = [new / max(old, 1) for new, old in zip(runs, issued.runs)]
+    # A kernel that no ray of the tiles runs has unknown lanes: assume no idle lane.
+    lanes = [max(count * more, new) for count, more, new in zip(issued.lanes, grown, runs)]
+    overall = sum(runs) / max(sum(issued.runs), 1)
+    return KernelIssues(issued.kernels, tuple(map(round, runs)), tuple(map(round, lanes)),
+                        round(issued.iterations * overall), host.passes if host else (),
+                        host.queries if host else 0)
+
+
+def _counts(samples: Samples, found: Mapping[str, KernelIssues]) -> dict[str, Any]:
+    return {"pixels": samples.pixels, "rays": samples.live,
+            "issued": {form: asdict(issued) for form, issued in found.items()}}

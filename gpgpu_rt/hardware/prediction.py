@@ -1,0 +1,195 @@
+"""Prediction: predicts the time that a card of 2002-2006 would have taken to trace rays.
+
+Figures, ``render --era`` and users predict times by this module: the same rays get the same time.
+"""
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ..bench.workloads import RAY_SETS, Workload, rays_of
+from ..errors import OptionError, nearest_names
+from ..methods import find_method
+from ..scene.scene import Scene
+from .cards import INDEX, Card, find_card
+from .image_issues import measure
+from .issue import KernelIssues
+from .loop_costs import setup_slots
+from .machine_model import (
+    ASSUMED, Assumptions, CardTime, stream_fetches, time_of_loop, time_of_passes
+)
+from .methods_on_cards import ERA, era_refusals
+from .program_forms import (
+    BLOCKS, FORMS, PACKETS, PASSES, UNCOALESCED, counted_as, forms_of, kernels_from,
+    packets_in_loop
+)
+from .static_costs import StaticCost, era_methods, static_cost
+from .warp_packets import LANES
+
+Options = tuple[tuple[str, Any], ...]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """The time that a card would have taken to trace the rays of an image, without shading.
+
+    Attributes
+    ----------
+    card : the card
+    method : the method's name
+    form : the form of the card's program, of `program_forms.MEANINGS`
+    rays : the kind of the rays, in words
+    count : the number of rays, estimated from a sample of the pixels
+    size : pixels per side of the image
+    time : the time and its parts
+    """
+
+    card: Card
+    method: str
+    form: str
+    rays: str
+    count: float
+    size: int
+    time: CardTime
+
+    @property
+    def seconds(self) -> float:
+        """The predicted time of all rays, in seconds."""
+        return self.time.seconds
+
+    @property
+    def parts(self) -> dict[str, float]:
+        """Name -> seconds of each part that takes time, such as "waiting lanes"."""
+        return self.time.spent
+
+    @property
+    def nanoseconds(self) -> float:
+        """The predicted nanoseconds per ray."""
+        return 1e9 * self.seconds / max(self.count, 1)
+
+    def __str__(self) -> str:
+        return (f"{self.method} on {self.card.name}, form {self.form}: {self.nanoseconds:,.0f} ns "
+                f"per ray for {self.count:,.0f} {self.rays} of {self.size}x{self.size} pixels "
+                f"({self.time.shares})")
+
+
+def predict(scene: Scene, method: str, card: str, rays: str | Workload = "eye", size: int = 512,
+            form: str | None = None, **options: Any) -> Prediction:
+    """Predict the time that a card would have taken to trace the rays of an image.
+
+    The rays are not all traced: their work is estimated from at most 128x128 pixels and four tiles
+    of 96x96 pixels. The time depends on ``size``, because neighbouring rays of a larger image need
+    the same kernels more often. The limit of an index in one channel is not checked: the time is
+    that of kernels that address texels by two coordinates, as in the papers.
+
+    Parameters
+    ----------
+    scene : the scene
+    method : a method with an era form (docs/era.md), kd-stack, or, on the G80, a packet method
+    card : a chip, such as "nv40" or "g80", or a card's name; `FORMS` has the chips
+    rays : a kind of rays, as in ``gpgpu-rt bench --rays``, or the rays of an image
+    size : pixels per side of the image; a `Workload` has its own size
+    form : the form of the card's program (`forms_of`). None is the form that the figures compare
+        with the papers' times
+    options : options of the method
+
+    Raises
+    ------
+    OptionError
+        for an unknown name, a method that the card could not have run, or options with which the
+        kernels were not compiled for the card
+    """
+    found = find_card(card)
+    form = _checked_form(found, find_method(method).name, form)
+    if isinstance(rays, str):
+        if rays not in RAY_SETS:
+            raise OptionError(f"no rays {rays!r}{nearest_names(rays, RAY_SETS)}")
+        kind, rays = RAY_SETS[rays], rays_of(scene, RAY_SETS[rays], size)
+    else:
+        kind = "any-hit rays" if rays.any_hit else "nearest-hit rays"
+    row = find_method(method)
+    if packets_in_loop(method, found.chip) and row.era_packets is not None:
+        implied = row.era_packets.implied(row.options)
+        options = {**{o.name: implied[o.name] for o in row.options if o.name in implied},
+                   **options}
+        row.era_packets.check(method, options)
+    counts = measure(scene, rays, method, options, found.chip)
+    time = time_of_image(found, method, form, counts, rays.any_hit,
+                         options=tuple(options.items()))
+    return Prediction(found, method, form, kind, counts["rays"], rays.size, time)
+
+
+def _checked_form(card: Card, method: str, form: str | None) -> str:
+    """Return the form in which the card runs the method; None means the card's usual form."""
+    if card.chip not in FORMS:
+        raise OptionError(f"no times are predicted for the {card.name}; give a card of "
+                          + ", ".join(FORMS))
+    forms = forms_of(method, card.chip)
+    if not forms:
+        reason = find_method(method).why_no_era_form() or "it traces packets in a loop"
+        raise OptionError(f"no time of {method} is predicted for the {card.name}: {reason}; "
+                          "`gpgpu-rt methods` says which methods have an era form")
+    if form is not None and form not in forms:
+        raise OptionError(f"method {method} has no form {form!r} on the {card.name}"
+                          + nearest_names(form, forms))
+    if method in era_methods():
+        for refused in era_refusals(card, {method: 1})[method, ERA]:
+            if refused.limit != INDEX:
+                raise OptionError(f"the {card.name} could not have run method {method}, which "
+                                  f"{refused.says}; give another card")
+    return form or forms[0]
+
+
+def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any], any_hit: bool,
+                  assumed: Assumptions = ASSUMED, options: Options = ()) -> CardTime:
+    """Return the predicted time of an image's rays.
+
+    Parameters
+    ----------
+    card : the card
+    method : the method's name
+    form : the form of the programs
+    counts : a result of `image_issues.measure`
+    any_hit : whether any hit is enough
+    assumed : the numbers of the model without a source
+    options : the method's options, as (name, value); other options change no kernel's cost
+    """
+    found = {name: tuple(value) if isinstance(value, list) else value
+             for name, value in counts["issued"][counted_as(form)].items()}
+    issued = KernelIssues(**found)
+    costs, streams = compiled(card, method, form, issued.kernels, any_hit, options)
+    if form in (PASSES, BLOCKS):
+        return time_of_passes(card, issued, costs, streams, counts["pixels"], assumed)
+    # A warp loads a packet's node or triangle once, into memory that its lanes share (Günther et
+    # al. 2007; section 4.1 of the survey).
+    sharing = LANES if form == PACKETS else 1
+    setup = setup_slots(card.chip.lower(), kernels_from(method, form), any_hit,
+                        **_own(method, form, options))
+    return time_of_loop(card, issued, costs, streams, counts["pixels"], assumed, sharing,
+                        form == UNCOALESCED, setup)
+
+
+def compiled(card: Card, method: str, form: str, kernels: tuple[str, ...], any_hit: bool,
+             options: Options) -> tuple[dict[str, StaticCost], dict[str, int]]:
+    """Return each kernel's static cost, and each kernel's number of fetches from streams.
+
+    The parameters are those of `time_of_image`; ``kernels`` has the names of the kernels.
+    """
+    return _compiled(card.chip.lower(), kernels_from(method, form), kernels, any_hit,
+                     form not in (PASSES, BLOCKS), tuple(_own(method, form, options).items()))
+
+
+@functools.cache
+def _compiled(chip: str, method: str, kernels: tuple[str, ...], any_hit: bool,
+              in_loop: bool, options: Options) -> tuple[dict[str, StaticCost], dict[str, int]]:
+    own = dict(options)
+    return ({name: static_cost(chip, method, name, any_hit, in_loop, **own) for name in kernels},
+            {name: stream_fetches(method, name, any_hit, in_loop, **own) for name in kernels})
+
+
+def _own(method: str, form: str, options: Options) -> dict[str, Any]:
+    """Return the options of the method whose kernels are compiled for ``method``."""
+    known = {option.name for option in find_method(kernels_from(method, form)).options}
+    return {name: value for name, value in options if name in known}

@@ -1,0 +1,194 @@
+"""Predicted times: users, figures and `render --era` get the same time for the same rays."""
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import gpgpu_rt as rt
+from gpgpu_rt.bench.workloads import RAY_SETS, rays_of, workload
+from gpgpu_rt.errors import OptionError
+from gpgpu_rt.figures.framework.predicted_times import PredictedRow
+from gpgpu_rt.figures.survey import fig20_whole_images as fig20
+from gpgpu_rt.hardware import era_rays, image_issues, packet_trace
+from gpgpu_rt.hardware.cards import find_card
+from gpgpu_rt.hardware.era_time import era_timed
+from gpgpu_rt.hardware.issue import (
+    GROUPS, STEP, WHILE_WHILE, WITHIN, issued_in_loop, issued_in_passes
+)
+from gpgpu_rt.hardware.loop_costs import setup_slots
+from gpgpu_rt.hardware.machine_model import stream_fetches, time_of_loop, time_of_passes
+from gpgpu_rt.hardware.prediction import predict
+from gpgpu_rt.hardware.program_forms import FORMS, MEANINGS, PASSES, forms_of
+from gpgpu_rt.hardware.static_costs import era_programs, static_cost
+from gpgpu_rt.hardware.trace import record_trace
+
+HORN = {"push_down": True, "stack_size": 3, "skip_empty_leaves": False}
+
+
+@pytest.mark.parametrize("chip", FORMS)
+@pytest.mark.parametrize("method", [row.name for row in rt.methods()])
+def test_every_method_has_a_time_or_a_reason(method: str, chip: str) -> None:
+    scene = rt.load_scene("cornell")
+    forms = forms_of(method, chip)
+    try:
+        found = predict(scene, method, chip.lower(), size=16)
+    except OptionError as reason:
+        assert method in str(reason) and find_card(chip).name in str(reason)
+        assert "\n" not in str(reason)
+        assert not forms or "could not have run" in str(reason)
+        return
+    assert found.form == forms[0] and found.form in MEANINGS
+    assert found.seconds == sum(found.parts.values()) > 0
+    assert (found.count, found.size, found.rays) == (16 * 16, 16, "eye rays")
+    assert "16x16 pixels" in str(found)
+
+
+def test_a_figure_predicts_what_users_predict() -> None:
+    """Figure 20 adds the times of eye rays and shadow rays, and divides them by the pixels."""
+    figure, scene = fig20.FIGURE, rt.load_scene("cornell")
+    panel = next(panel for panel in figure.panels if panel.scene == "cornell")
+    for column in figure.columns[1:4]:
+        options = dict(column.options)
+        kinds = {RAY_SETS[kind]: image_issues.measure(
+            scene, workload("cornell", RAY_SETS[kind], 512), column.method, options, "NV40")
+            for kind in ("eye", "shadow")}
+        row = PredictedRow(figure, panel, column, STEP, 1.0, kinds, False)
+        both = [predict(scene, column.method, "nv40", kind, **options)
+                for kind in ("eye", "shadow")]
+        assert {one.form for one in both} == {STEP} and row.judged
+        assert row.nanoseconds() == pytest.approx(
+            1e9 * sum(one.seconds for one in both) / 512 ** 2)
+
+
+@pytest.mark.parametrize("method, chip", [
+    ("kd-restart", "nv40"), ("bvh-threaded", "r580"), ("brute-force", "r420"), ("grid", "r300"),
+    ("kd-packet", "r580"), ("kd-packet", "nv40")])
+def test_a_picture_in_the_era_form_gets_the_same_time(method: str, chip: str) -> None:
+    scene = rt.load_scene("cornell")
+    with rt.Tracer(scene, method, era=chip) as tracer:
+        with era_timed(tracer) as seen:
+            tracer.render(size=(64, 64))
+        times = {form: seen.on_card(form).seconds for form in seen.forms}
+    assert next(iter(times)) == forms_of(method, chip.upper())[0]
+    for form, seconds in times.items():
+        asked = sum(predict(scene, method, chip, kind, 64, form).seconds
+                    for kind in ("eye", "shadow"))
+        assert seconds == pytest.approx(asked, rel=0.03)
+
+
+def test_calls_that_are_not_kept_count_too(monkeypatch) -> None:
+    scene = rt.load_scene("cornell")
+    monkeypatch.setattr(era_rays, "MOST_CALLS", 1)
+    seconds = {}
+    with rt.Tracer(scene, "kd-restart", era="nv40") as tracer:
+        rays = scene.camera.rays((32, 32))
+        for name, calls in (("nearest", [tracer.trace]), ("any", [tracer.occluded]),
+                            ("all", [tracer.trace, tracer.occluded, tracer.trace])):
+            with era_timed(tracer) as seen:
+                for call in calls:
+                    call(*rays)
+            assert len(seen.kept.calls) == len(seen.kept.pixels)
+            seconds[name] = seen.on_card().seconds
+    assert seconds["all"] == pytest.approx(2 * seconds["nearest"] + seconds["any"], rel=1e-6)
+
+
+def test_passes_take_the_time_of_the_whole_trace() -> None:
+    scene, method, card = rt.load_scene("cornell"), "kd-restart", find_card("NV40")
+    rays = scene.camera.rays((64, 64))
+    with rt.Tracer(scene, method, **image_issues.STEPWISE) as tracer:
+        issued = issued_in_passes(record_trace(tracer, (64, 64), lambda: tracer.trace(*rays)))
+    whole = time_of_passes(
+        card, issued, {name: static_cost("nv40", method, name) for name in issued.kernels},
+        {name: stream_fetches(method, name, in_loop=False) for name in issued.kernels}, 64 * 64)
+    found = predict(scene, method, "nv40", size=64, form=PASSES)
+    assert found.parts["waiting lanes"] > 0
+    assert found.time.parts == pytest.approx(whole.parts)
+
+
+@pytest.mark.parametrize("kind", ["eye", "shadow"])
+def test_packets_take_the_time_of_their_kernels(kind: str) -> None:
+    scene, card, any_hit = rt.load_scene("shirley6"), find_card("R580"), kind == "shadow"
+    rays = rays_of(scene, RAY_SETS[kind], 56)
+    with rt.Tracer(scene, "kd-packet", **image_issues.STEPWISE, **HORN) as tracer:
+        trace = packet_trace.in_loop(record_trace(
+            tracer, (56, 56), lambda: rays.trace(tracer), packet_trace.fields_of(True)), True)
+    issued = issued_in_loop(trace, GROUPS["R580"], WHILE_WHILE, WITHIN)
+    costs = {name: static_cost("r580", "kd-packet", name, any_hit, True, **HORN)
+             for name in trace.kernels}
+    streams = {name: stream_fetches("kd-packet", name, any_hit, **HORN) for name in trace.kernels}
+    # The instructions outside the kernels run once for the four rays of a packet.
+    whole = static_cost("r580", "kd-packet", "loop", any_hit, True, **HORN).arithmetic
+    setup = (whole - sum(cost.arithmetic for cost in costs.values())) / 4
+    assert setup_slots("r580", "kd-packet", any_hit, **HORN) == setup > 20
+    time = time_of_loop(card, issued, costs, streams, 56 * 56, setup=setup)
+    assert predict(scene, "kd-packet", "r580", rays).seconds == pytest.approx(time.seconds)
+
+
+@pytest.mark.parametrize("method, chip", [("kd-restart", "nv40"), ("kd-packet", "r580")])
+def test_samples_of_an_image_stand_for_all_its_rays(monkeypatch, method: str, chip: str) -> None:
+    scene = rt.load_scene("cornell")
+    whole = predict(scene, method, chip, size=128)
+    monkeypatch.setattr(image_issues, "TILE", 16)
+    monkeypatch.setattr(image_issues, "SPARSE", 64)
+    samples = image_issues.sampled(rays_of(scene, RAY_SETS["eye"], 256), method, chip.upper())
+    assert len(samples.sparse.origins) == 64 ** 2
+    # Two tiles along an axis, of whole groups: 32x32 rays, or 6x8 packets of 2x2 rays.
+    assert samples.tiles.shape == ((64, 64) if method == "kd-restart" else (48, 32))
+    assert predict(scene, method, chip, size=128).seconds == pytest.approx(whole.seconds, rel=0.3)
+
+
+def test_samples_of_an_image_that_is_not_square() -> None:
+    rays = rt.load_scene("cornell").camera.rays((300, 50))
+    every = replace(workload("cornell", RAY_SETS["eye"], 8), size=300, shape=(50, 300),
+                    origins=rays[0].reshape(-1, 3), directions=rays[1].reshape(-1, 3))
+    samples = image_issues.sampled(every, "kd-restart", "NV40")
+    assert samples.pixels == 300 * 50 and samples.sparse.shape == (50, 128)
+    assert samples.tiles.shape == (50, 192)
+    # Neighbours in a tile are neighbours in the image.
+    np.testing.assert_array_equal(
+        samples.tiles.directions.reshape(50, 192, 3)[:, :96], rays[1][:, 26:122])
+
+
+def test_an_option_that_changes_the_kernels_changes_their_cost() -> None:
+    scene = rt.load_scene("cornell")
+    program, plain = ({one.kernel: one.digest for one in era_programs(
+        "bvh-threaded", in_loop=True, octants=octants)} for octants in (True, False))
+    assert program != plain
+    found, usual = (predict(scene, "bvh-threaded", "nv40", size=16, octants=octants).seconds
+                    for octants in (True, False))
+    assert math.isfinite(found) and found != usual
+    with pytest.raises(OptionError, match="was not compiled for r580"):
+        predict(scene, "kd-packet", "r580", size=16, push_down=False, stack_size=3)
+
+
+@pytest.mark.parametrize("kind", RAY_SETS)
+def test_rays_of_a_scene_object_are_those_of_its_name(kind: str) -> None:
+    named, of_object = (workload("cornell", RAY_SETS[kind], 24),
+                        rays_of(rt.load_scene("cornell"), RAY_SETS[kind], 24))
+    for name in ("origins", "directions", "ends"):
+        np.testing.assert_array_equal(getattr(named, name), getattr(of_object, name))
+
+
+def test_a_moved_camera_changes_the_time() -> None:
+    """Rays of a scene object are not cached."""
+    scene = rt.load_scene("cornell")
+    before = predict(scene, "grid", "nv40", size=32).seconds
+    scene.camera = replace(scene.camera, eye=tuple(np.add(scene.camera.eye, (0, 0, -300))))
+    assert predict(scene, "grid", "nv40", size=32).seconds != before
+
+
+@pytest.mark.parametrize("words, more, says", [
+    (("kd-restart", "nv41"), {}, "known: G80, NV25, NV40"),
+    (("kd-restart", "r200"), {}, "give a card of R300, R420, NV40, R580, G80"),
+    (("kd-packet", "r420"), {}, "packets"),
+    (("kd-restart", "nv40", "eyes"), {}, "did you mean eye?"),
+    (("kd-restart", "nv40"), {"form": "stp"}, "did you mean step?"),
+    (("kd-restart", "nv40"), {"form": "passes, block"}, "did you mean passes"),
+    (("kd-restart", "nv40"), {"nodes": 3}, "has no option 'nodes'")])
+def test_mistakes_get_a_line(words, more, says: str) -> None:
+    with pytest.raises(OptionError, match="(?i)" + says.replace("?", r"\?")) as failure:
+        predict(rt.load_scene("cornell"), *words, size=8, **more)
+    assert "\n" not in str(failure.value)
