@@ -21,7 +21,7 @@ METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...]]] = {
     "kd-short-stack": ("kd-short-stack", ()), "kd-packet 2x2": ("kd-packet", PACKET),
     "bvh-stack": ("bvh-stack", ()), "bvh-packet 2x2": ("bvh-packet", PACKET)}
 ORDERS = {"as they come": (), "sorted": (("sort_rays", True),)}
-HEADS = ("rays", "method", "order", "width", "utilisation", "kernel runs a ray")
+HEADS = ("rays", "method", "order", "width", "utilisation", "kernel runs per ray")
 
 
 def size(full: bool) -> int:
@@ -40,7 +40,8 @@ def cells(full: bool) -> list[Cell]:
 
 
 def lanes(one: dict[str, Any], width: int) -> int:
-    """Sum the lanes, busy or waiting, over all runs of kernels that visit nodes or triangles."""
+    """Return a sum over all runs of kernels that visit nodes or test triangles: the lanes of the
+    group that runs the kernel, working or waiting."""
     return sum(count for kernel, count in one["lanes"][str(width)].items() if kernel not in WITHIN)
 
 
@@ -75,11 +76,12 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "simd_width.md", "# Wide SIMD\n\n" + _paragraph(found) + "\n\n" + note
                + "\n\nA kernel visits a node or tests a triangle. The program has a loop for each "
                "kernel inside an outer loop. Fragments that branch together form a group. A group "
-               "runs a kernel while any of its fragments waits for the kernel. The number in a "
-               "column's head is the width: how many fragments branch together. The column shows "
-               "in what share of the kernel runs, in %, a lane does work instead of waiting. A "
-               "packet is one fragment. The last two columns show kernel runs per ray at widths 1 "
-               f"and {WIDTHS[-1]}. They include the runs in which a lane waits.\n\n"
+               "runs a kernel while any of its fragments waits for the kernel. A fragment is a "
+               "lane of its group. In a kernel run, each lane either works or waits. The number "
+               "in a column's head is the width: how many fragments branch together. The column "
+               "shows the share of lanes that work, in %, over all kernel runs. A packet is one "
+               "fragment. The last two columns show kernel runs per ray at widths 1 and "
+               f"{WIDTHS[-1]}, including the runs in which the lane waits.\n\n"
                + markdown_table(
                    ("rays", "method", "order", *map(str, WIDTHS), "runs at 1",
                     f"runs at {WIDTHS[-1]}"),
@@ -96,8 +98,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
                         color=colour, marker="o", markersize=3)
         axes[0, column].set_title(rays, fontsize=10)
         axes[1, column].set(xlabel="fragments that branch together (log)")
-    axes[0, 0].set(ylabel="lanes' runs not spent waiting, %", ylim=(0, 105))
-    axes[1, 0].set(ylabel="kernel runs a ray, with waiting (log)")
+    axes[0, 0].set(ylabel="share of lanes that work, %", ylim=(0, 105))
+    axes[1, 0].set(ylabel="kernel runs per ray, waiting included (log)")
     log_axis(axes[1, 0], "y")
     for axis in axes.ravel():
         log_axis(axis, "x", base=2)
@@ -109,9 +111,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
                 for order, style in zip(ORDERS, ("-", "--"))]
     axes[0, 0].legend(handles=handles, frameon=False, fontsize=8, loc="lower left")
     figure.tight_layout(rect=(0, 0.04, 1, 1))
-    save_chart(figure, out / "simd_width.png", note, "Lines show how much of the lanes' work is "
-               "not spent waiting, and the kernel runs of a ray, by the number of fragments that "
-               "branch together")
+    save_chart(figure, out / "simd_width.png", note, "Lines show two quantities over the "
+               "number of fragments that branch together: the share of lanes that work instead of "
+               "waiting, and the kernel runs per ray")
 
 
 def _paragraph(found: list[tuple[Any, ...]]) -> str:
@@ -133,12 +135,12 @@ def _paragraph(found: list[tuple[Any, ...]]) -> str:
         "The survey makes three statements. Pixels that run in lockstep waste time, and rays on a "
         "CPU do not. Packets help where rays are coherent. Sorting might help where rays are "
         "incoherent. If "
-        f"{widest} eye rays branch together, {used(eye, single, plain)} of the lanes' kernel runs "
-        f"are useful with {single}, and {used(eye, tree, plain)} with {tree}. For rays after two "
-        f"diffuse bounces, {used(wild, single, plain)} and {used(wild, tree, plain)} are useful, "
-        f"and after sorting {used(wild, single, ordered)} and {used(wild, tree, ordered)}.\n\n"
-        f"For eye rays, packets of four rays need {cost(eye, packet, plain)} kernel runs a ray in "
-        f"a kd-tree, and single rays {cost(eye, single, plain)}; in a BVH the numbers are "
+        f"{widest} eye rays branch together, {used(eye, single, plain)} of the lanes work with "
+        f"{single}, and {used(eye, tree, plain)} with {tree}. For rays after two diffuse bounces, "
+        f"{used(wild, single, plain)} and {used(wild, tree, plain)} of the lanes work, and after "
+        f"sorting {used(wild, single, ordered)} and {used(wild, tree, ordered)}.\n\n"
+        f"For eye rays, packets of four rays need {cost(eye, packet, plain)} kernel runs per ray "
+        f"in a kd-tree, and single rays {cost(eye, single, plain)}; in a BVH the numbers are "
         f"{cost(eye, packed, plain)} and {cost(eye, tree, plain)}. After the bounces, packets "
         f"need {cost(wild, packet, plain)} and single rays {cost(wild, single, plain)} runs (BVH: "
         f"{cost(wild, packed, plain)} and {cost(wild, tree, plain)}). With sorting these become "
@@ -147,12 +149,12 @@ def _paragraph(found: list[tuple[Any, ...]]) -> str:
         "fetches a node or a triangle once, but does the arithmetic of four rays. Packets "
         "therefore save fetches if they need fewer runs, and save arithmetic if they need less "
         "than a quarter of the runs.\n\n"
-        "At the same width, four times as many rays branch together in packets as without. On "
-        f"{widest // 4} lanes, packets of four rays hold {widest} rays together, as many as "
-        f"{widest} lanes hold without packets. There, packets need "
-        f"{cost(eye, packet, plain, widest // 4)} runs for eye rays and "
+        "At the same width, four times as many rays branch together in packets as without. If "
+        f"{widest // 4} packets of four rays branch together, {widest} rays branch together, as "
+        f"without packets at width {widest}. At width {widest // 4}, packets need "
+        f"{cost(eye, packet, plain, widest // 4)} runs per ray for eye rays and "
         f"{cost(wild, packet, plain, widest // 4)} after the bounces "
         f"(BVH: {cost(eye, packed, plain, widest // 4)} and "
         f"{cost(wild, packed, plain, widest // 4)}). A packet also wastes time when it tests a "
-        "node for rays that need not visit the node. Here this counts as work, so only the kernel "
-        "runs per ray show it.")
+        "node for rays that need not visit the node. These tests count as work: they raise the "
+        "kernel runs per ray, but do not lower the share of lanes that work.")

@@ -1,7 +1,8 @@
 """Surveyed: maps the methods of the survey's Table 1 and Figure 26 to rows of our method table.
 
-The survey prints at most one speed per paper, and does not name the method. Here the paper's final
-method stands for the paper. The other rows of our method table are measured too.
+The survey prints at most one speed per paper, and does not say which of the paper's methods has
+this speed. Here the paper's final method stands for the paper. The other rows of our method table
+are measured too.
 """
 from __future__ import annotations
 
@@ -45,7 +46,7 @@ STANDS_FOR: dict[str, tuple[str, Options]] = {
 
 @dataclass(frozen=True)
 class SurveyedMethod:
-    """A method with options, which stands for the row ``source`` of Table 1, if there is one."""
+    """A method with options. ``source`` is the row of Table 1 for which it stands, or None."""
 
     method: str
     options: Options = ()
@@ -66,11 +67,11 @@ class SurveyedMethod:
 
     @property
     def form(self) -> str | None:
-        """The form of the programs on the card CHIP; None without an era form (docs/era.md)."""
+        """The form (program_forms.py) in which CHIP runs the method; None if CHIP cannot."""
         return next(iter(forms_of(self.method, CHIP)), None)
 
     def counted(self) -> Cell | None:
-        """Return the cell that counts CHIP's work on the rays of the predicted column.
+        """Return the cell that counts CHIP's work, from which the method's time is predicted.
 
         None for a method without a prediction.
         """

@@ -1,7 +1,7 @@
 #version 330 core
-// Add a light's contribution to the sum of each pixel by blending: the unshadowed light (`lit`), plus the
-// direct light if the shadow ray hit nothing. With BOUNCES, multiply the contribution by the weight of the
-// pixel's path.
+// Add a light's contribution to the sum of each pixel by blending: the light that needs no shadow ray
+// (`lit`), plus the direct light if the shadow ray hit nothing. With BOUNCES, multiply the contribution by
+// the weight of the pixel's path.
 
 #include <streams>
 #include "core/hit.glsl"

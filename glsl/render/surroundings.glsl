@@ -1,7 +1,7 @@
-// Computes light from the scene's surroundings: the radiance of a ray that misses everything, and the
-// unshadowed light at a surface. `ambient_light` is the ambient term of Whitted's model ("An Improved
-// Illumination Model for Shaded Display", 1980). The formulas equal those of gpgpu_rt/scene/light.py.
-// Include this file after surface.glsl, which includes texture.glsl.
+// Computes light from the scene's surroundings: the radiance of a ray that misses everything, and the light
+// that reaches a surface, without shadows. `ambient_light` is the ambient term of Whitted's model ("An
+// Improved Illumination Model for Shaded Display", 1980). The formulas equal those of
+// gpgpu_rt/scene/light.py. Include this file after surface.glsl, which includes texture.glsl.
 
 const int BACKDROP_KIND = 0;
 const int SKY_KIND = 1;

@@ -8,8 +8,8 @@ vec3 image_at(sampler2D images, ivec2 corner, ivec2 size, vec2 uv) {
     vec2 part = at - first;
     ivec2 lo = ivec2(first);
     ivec2 hi = lo + 1;
-    // Wrap the coordinates by selections: they lie less than one image size outside the image. The operator
-    // % is no alternative, because GLSL does not define it for negative numbers.
+    // Wrap the coordinates, which lie at most one texel outside the image. Do not use the operator %, which
+    // GLSL does not define for negative numbers.
     lo = corner + ivec2(lo.x < 0 ? size.x - 1 : lo.x, lo.y < 0 ? size.y - 1 : lo.y);
     hi = corner + ivec2(hi.x >= size.x ? 0 : hi.x, hi.y >= size.y ? 0 : hi.y);
     vec3 upper = mix(texelFetch(images, lo, 0).rgb,

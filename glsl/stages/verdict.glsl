@@ -2,4 +2,4 @@
 
 const int BEHIND = 0;     // no ray hits the triangle before the shown triangle
 const int BEFORE = 1;     // a ray hits the triangle before the shown triangle
-const int MANY = 2;       // undecided: the triangle's many pixels are searched in parts
+const int MANY = 2;       // undecided: the triangle covers too many pixels for one search without parts

@@ -1,4 +1,4 @@
-"""Occlusion query: counts the fragments of draws that pass the depth test."""
+"""Occlusion query: counts the fragments that pass the depth test."""
 from __future__ import annotations
 
 import moderngl

@@ -1,4 +1,4 @@
-"""Loop costs: computes the cost of a kernel's run in a loop, from Mesa's compiler for a card."""
+"""Loop costs: computes what one run of a kernel costs inside a loop, from `static_costs`."""
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -1,7 +1,8 @@
 """Export: describes the passes of a method, for the player on a page.
 
-The host draws a few passes and observes them. The description names the programs in GLSL ES, the
-tables, and what each pass reads and writes. One player (player.js, passes.js) runs all methods.
+The host traces TEST_SIDE^2 eye rays and observes all passes. The description names the programs in
+GLSL ES, the tables, and what each pass reads and writes. One player (player.js, passes.js) runs
+all methods.
 """
 from __future__ import annotations
 
@@ -40,8 +41,7 @@ class WebMethod:
     test : the image's ``side``, the ``eye``, and the indices of two tables of `PageData`:
         ``directions`` of the test's rays, and ``hits`` (t, u, v, and the triangle or -1)
     no_path : ``""``, or the reason why the page shows no path of a ray
-    costs : the steps and nodes of the test's rays, the ray with the most steps, and the step at
-        which the page opens
+    costs : the steps and nodes of the test's rays, from `ray_costs`
     """
 
     name: str
@@ -55,7 +55,7 @@ class WebMethod:
 
 
 def why_not_in_browser(row: Method) -> str:
-    """Return why a method does not run on a page; "" if it does."""
+    """Return why a method does not run on a page; "" if the method runs."""
     if "kernels" not in row.drivers:
         return ""
     if row.schedules == ("kernels",):
@@ -64,8 +64,8 @@ def why_not_in_browser(row: Method) -> str:
 
 
 def _why_no_path(row: Method, left_out: Mapping[str, str]) -> str:
-    """Return why a page shows no path of a ray; "" if it does. ``left_out`` maps each schedule
-    that does not run on the page to the reason."""
+    """Return why a page shows no path of a ray; "" if the page shows the path. ``left_out`` maps
+    each schedule that does not run on the page to the reason."""
     if row.packet:
         return f"method {row.name} traces packets, and a state belongs to all rays of a packet"
     return one_pass_alone(row) if row.schedules == ("loop",) else left_out.get("step", "")

@@ -107,9 +107,9 @@ def test_utilisation_is_what_lanes_do_over_what_they_wait(tmp_path: Path) -> Non
         width = int(row["width"])
         assert float(row["utilisation"]) == pytest.approx(1 / width)
         runs = 45 if row["method"] == "bvh-stack" else 15
-        assert float(row["kernel runs a ray"]) == pytest.approx(width * runs)
+        assert float(row["kernel runs per ray"]) == pytest.approx(width * runs)
     table = (tmp_path / "simd_width.md").read_text()
-    assert "packets of four rays need 960 kernel runs a ray in a kd-tree, and single" in table
+    assert "packets of four rays need 960 kernel runs per ray in a kd-tree, and single" in table
     assert "in a BVH the numbers are 960 and 2880" in table
 
 

@@ -34,7 +34,7 @@ def test_every_draw_is_observed(scene: rt.Scene, method: str, schedule: str) -> 
             hits = tracer.trace(*rays)
         statistics = tracer.statistics
         assert [one.number for one in passes] == list(range(len(passes)))
-        # Draws that mask, count or classify rays are not passes of the method.
+        # `statistics.passes` leaves out draws that mask, count or classify rays.
         assert len(passes) == statistics.draw_calls >= statistics.passes > 0
         logged = {}
         for one in passes:

@@ -5,7 +5,7 @@ from docsite.docstrings import to_rst
 
 project = "gpgpu_rt"
 extensions = ["myst_parser", "sphinx.ext.autodoc"]
-myst_heading_anchors = 4            # anchors of headings, spelled as on code hosts
+myst_heading_anchors = 4    # headings down to this level have anchors, spelled as on GitHub
 suppress_warnings = ["myst.header"]     # pages made of several texts may skip a level of headings
 exclude_patterns = ["files"]
 html_theme = "furo"

@@ -55,7 +55,8 @@ def _built(triangles: np.ndarray, options: Options) -> Bvh:
     bvh = limited(times_stored(shared))
     if shared and 8 * len(bvh.escape) > EXACT_INTEGER and (
             OctantCopies.of(bvh, shared_subtrees=shared).records > EXACT_INTEGER):
-        # This tree is unbalanced and shares few nodes: limit it as for eight whole copies.
+        # This tree is unbalanced and shares few nodes. Build the tree again, with the node limit
+        # for eight whole copies.
         return limited(8)
     return bvh
 
@@ -66,7 +67,7 @@ def _accelerator(bvh: Bvh, kept: _Kept, triangles: np.ndarray,
     fields, uniforms = layout.fields(bvh, options)
     lo, hi = scene_box(bvh)
     width, height = options.get("packet", (1, 1))
-    ends = 1 if options.get("entry_points") else 0    # a ray needs a step to end its entry list
+    ends = 1 if options.get("entry_points") else 0    # a step that finds the end of an entry list
     return Accelerator(
         {**triangle_table(triangles, bvh.order, kept.last), layout.record(options).name: fields},
         {"scene_lo": tuple(lo), "scene_hi": tuple(hi), **layout.uniforms, **uniforms},
@@ -116,9 +117,9 @@ _STREAMS = Option("streams", False, "instead of packets, trace a stream of (ray,
                   "each pass filters the stream; schedule kernels only", bool, excludes=(
                       "packet", "octants", "interval_test", "vertex_culling", "entry_points"),
                   label="streams, not packets")
-_STREAM_SIZE = Option("stream_size", 1 << 15, "with streams: largest number of stream elements "
-                      "in a pass; with a smaller number, more near nodes are visited before far "
-                      "nodes", int,
+_STREAM_SIZE = Option("stream_size", 1 << 15, "with streams: largest number of (ray, node) pairs "
+                      "in a pass; the smaller the number, the more closely rays visit nodes from "
+                      "near to far", int,
                       minimum=1, goes_with=("streams", (True,)), label="pairs per pass")
 _REBUILD = Option("rebuild_ratio", REBUILD_RATIO, "rebuild the tree of moved triangles when the "
                   "SAH cost of the refitted tree is this many times the cost of the last build; "
@@ -160,7 +161,7 @@ def _own_array(options: Options) -> bool:
 
 
 def _stack_row(name: str, summary: str, **more: Any) -> Method:
-    """Return a row of Günther's method. ``state`` has each ray's phase after the packets' pass."""
+    """Return a row of Günther's method. ``state`` is the record of a ray, not of a packet."""
     return Method(
         name=name, summary=summary, citation="Günther et al. 2007",
         glsl=f"methods/bvh/{name.replace('-', '_')}.glsl", kernels=("step_packet",),

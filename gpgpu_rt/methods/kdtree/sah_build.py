@@ -25,7 +25,8 @@ def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
           **unknown: object) -> LooseKdTree:
     """Build by the surface area heuristic.
 
-    By default, the bunny has about as many leaves as in Popov et al. 2007 (Hachisuka, Figure 17).
+    With the default options, the bunny's tree has about as many leaves as the tree of Popov et al.
+    2007 (survey, Figure 17).
 
     Parameters
     ----------

@@ -77,7 +77,8 @@ def straight_light(tracer: Tracer, places: np.ndarray, normals: np.ndarray,
     ----------
     tracer : the tracer of the scene
     places, normals : (n, 3) points, and unit normals on the side that is lit
-    samples : the number of points on lamps, evenly distributed and the same for all places
+    samples : the number of points on all emitting triangles together, the same points for all
+        places
 
     Returns
     -------

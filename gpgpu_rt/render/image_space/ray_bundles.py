@@ -51,17 +51,19 @@ class RayBundles:
     tracer : the tracer of the scene; it traces first hits and shadow rays
     patch : the longest edge of a patch, as a share of the scene's extent, from 1e-6 to 1
     resolution : pixels along a side of a projection
-    straight : the method for direct light of lamps: "traced" uses ``samples`` shadow rays from
-        each point; "bundles" exchanges this light like all other light, and suits only large lamps
-    samples : the number of points on lamps
+    straight : the method for direct light of lamps: "traced" uses shadow rays; "bundles" exchanges
+        this light like all other light, and suits only large lamps
+    samples : with "traced", the number of shadow rays from each point to all emitting triangles
+        together
 
     Attributes
     ----------
     triangles, parent : (m, 3, 3) the patches, and (m,) the scene's triangle of each patch
     leaving : (m, 2, 3) the radiance that leaves the two sides of each patch after `solve`, first
         the side of the normal; without emission if ``straight`` is "traced"
-    weights : (m, 2), for each side, the sum of the cosine weights of the rays of `solve` that met
-        the side; approaches pi with many directions and pixels, and is 0 if no ray met the side
+    weights : (m, 2), a sum for each side: the cosine weights of the rays that met the side in the
+        last exchange of light. The sum approaches pi with many directions and pixels. It is 0 if
+        no ray met the side
     layers : the largest number of layers of a projection so far; layer k shows the k-th surface
         from the front at each pixel
     """
@@ -77,8 +79,8 @@ class RayBundles:
         self.straight, self.samples, self.resolution = straight, samples, resolution
         longest = patch * max(scene.extent, 1e-30)
         count = int((cuts_of(scene.triangles, longest) ** 2).sum())
-        if 2 * count > EXACT_INTEGER:      # check before the division, which could use all memory
-            raise LimitError(f"{count:,} patches have more sides than 2^24; raise patch")
+        if 2 * count > EXACT_INTEGER:      # check first: `divided` could use all memory
+            raise LimitError(f"{count:,} patches have more than 2^24 sides; make patch larger")
         self.triangles, self.parent = divided(scene.triangles, longest)
         self.albedo = scene.colours[self.parent].astype(np.float64)
         emission = np.array([m.emission for m in scene.materials])

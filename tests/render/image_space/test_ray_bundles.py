@@ -214,7 +214,7 @@ def test_light_straight_from_a_small_lamp(seed: int) -> None:
     ({"resolution": 2}, "resolution is 2"), ({"samples": 0}, "samples is 0"),
     ({"patch": "a"}, "patch is 'a'; give a number"), ({"samples": "a"}, "samples is 'a'; give"),
     ({"resolution": 64.5}, "resolution is 64.5; give a whole number"),
-    ({"patch": 1e-4}, r"[\d,]+ patches have more sides than 2\^24; raise patch")])
+    ({"patch": 1e-4}, r"[\d,]+ patches have more than 2\^24 sides; make patch larger")])
 def test_mistakes(more: dict, message: str) -> None:
     with rt.Tracer("cornell") as tracer:
         with pytest.raises(rt.Error, match=message):

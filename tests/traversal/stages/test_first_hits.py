@@ -164,8 +164,8 @@ def test_a_far_eye_is_traced(precise_renderer) -> None:
 
 
 def test_parts_are_cut(precise_renderer, monkeypatch) -> None:
-    """With the limit MOST_PIXELS = 1, triangles larger than a pixel are searched in parts of the
-    image. No side of the image is a multiple of a part's side."""
+    """With the limit MOST_PIXELS = 1, a triangle larger than a pixel is compared with the image
+    part by part. No side of the image is a multiple of a part's side."""
     monkeypatch.setattr(module, "MOST_PIXELS", 1)
     scene = scene_of(fans(40, 9))
     with rt.Tracer(scene, "brute-force") as tracer:

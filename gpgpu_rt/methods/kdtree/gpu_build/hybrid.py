@@ -61,7 +61,7 @@ class Codes(Halving):
         self.groups = {"BINS": bins, "GROUPS": bins // 4 + 1}
 
     def small(self, depth: int) -> int:
-        """Return the largest number of pieces of a small node; 0 where codes split every node."""
+        """Return the threshold as in `Halving`; 0 at depths where codes split every node."""
         return 0 if depth < 3 * self.bits else self.rules.small
 
     def decide(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,

@@ -26,16 +26,17 @@ class LargeLevel:
     Attributes
     ----------
     cells : CELL of each node.
-    starts : VALUES of each node: how many pieces of large nodes, pieces of small nodes, small
-        nodes, and chunks come before it.
+    starts : VALUES of each node, four sums over the nodes before it in the level: pieces of large
+        nodes, pieces of small nodes, small nodes that have pieces, and chunks.
     first_root : Number of small nodes in all levels above.
     first_piece : Number of pieces of small nodes in all levels above.
     roots : Number of small nodes.
     decisions : DECISION of each node.
-    ranks : VALUES of each node: how many split nodes and pieces of large leaves come before it.
+    ranks : VALUES of each node, two sums over the nodes before it in the level: split nodes, and
+        pieces of large leaves.
     first_stuck : Number of pieces of large leaves in all levels above.
     inner : Number of split nodes.
-    small : Largest number of pieces of a small node.
+    small : A threshold: a node with at most this many pieces is small.
     """
 
     cells: Stream
@@ -57,7 +58,8 @@ class LargeNodes:
     Attributes
     ----------
     levels : all levels, from the root down
-    small : pieces of small nodes, a stream per level below the root; for a small root, its pieces
+    small : pieces of small nodes, a stream for each level below the root. If the root is small,
+        the only stream holds the root's pieces
     stuck : pieces of large nodes that became leaves, a stream for each level that has such pieces
     roots : number of small nodes, which are the roots of the trees in `zhou_small`
     """
@@ -85,7 +87,7 @@ class Halving:
         self.rules = rules
 
     def small(self, depth: int) -> int:
-        """Return the largest number of pieces of a small node at this depth."""
+        """Return the threshold: a node at this depth with at most this many pieces is small."""
         return self.rules.small
 
     def decide(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,
@@ -120,7 +122,7 @@ def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray, rules: c
         found.levels.append(level)
         found.roots += counts[2]
         if not level.inner:
-            if counts[0]:       # a small root's pieces belong to `found`
+            if counts[0]:       # keep the pieces of a small root: they are in `found`
                 room.drop(pieces)
             return found
         cells, starts, pieces, counts = _children(room, found, level, pieces, source, rules, way)
@@ -143,7 +145,7 @@ def _totals(sums: Stream) -> tuple[int, ...]:
 
 def chunk_bounds(room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream,
                  count: int) -> Stream:
-    """Return the CHUNK of each of the ``count`` chunks of large nodes' pieces."""
+    """Return one CHUNK for each chunk of the large nodes. There are ``count`` chunks."""
     chunks = room.stream(CHUNK, max(count, 1))
     room.draw("zhou_chunks", chunks, [cells, starts, pieces], count=count,
               defines={"CHUNK": CHUNK_PIECES}, cells=cells.length)
