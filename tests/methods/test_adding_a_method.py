@@ -164,6 +164,8 @@ BROKEN = {
                 r"sweep.py:\d+: NameError in prepare"),
     "unwidened": ("sweep.py", ", **box_uniforms(triangles)", "", "no scene_hi and no scene_lo"),
     "table": ("sweep.py", "RUN.name:", '"run":', "no table sweep_run"),
+    "unset": ("sweep.py", '"run_count": len(first), ', "",
+              "sweep.glsl reads the uniform run_count"),
     "rows": ("sweep.py", '"hi": hi,', '"hi": hi[:1],', "rows: lo 2, hi 1,"),
     "word": ("sweep.py", 'Option("run"', 'Option("size"', "option size, but the commands use"),
     "absent": ("sweep.glsl", "void intersect(", "void intrsect(", "glsl has no kernel intersect"),
@@ -173,7 +175,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("name", [
-    pytest.param(name, marks=() if name in ("syntax", "kernel", "absent") else pytest.mark.full)
+    pytest.param(name, marks=() if name in ("syntax", "kernel", "unset") else pytest.mark.full)
     for name in BROKEN])
 def test_what_is_broken_is_named_in_a_line(folder: Path, tmp_path: Path, name: str) -> None:
     """Each fault in a user's method gives an error message of one line that names the fault."""
@@ -201,6 +203,11 @@ def test_what_is_broken_is_named_in_a_line(folder: Path, tmp_path: Path, name: s
     ("first:int", "first:itn", "record sweep_run has a field 'first:itn'"),
     ("phase:int", "phase:itn", "record state has a field 'phase:itn'"),
     ("hi:vec3 |", "hi:vec3 more:vec2 |", "record sweep_run: texel 1 has over four"),
+    ("steps:int", "steps:int" + " | more:vec4" * 6,
+     "the state has 7 texels; at most 6 fit beside the hit and the counters"),
+    ('Option("run", 16, "triangles per run", int, minimum=1),\n    )',
+     'Option("run", 16, "triangles per run", int, minimum=1))[1]', "options is not a tuple"),
+    ('("pass_run", "intersect")', '("pass_run")', "kernels is not a tuple"),
 ])
 def test_a_row_of_other_kinds_is_named_in_a_line(folder: Path, text: str, instead: str,
                                                  message: str) -> None:
@@ -212,6 +219,53 @@ def test_a_row_of_other_kinds_is_named_in_a_line(folder: Path, text: str, instea
     with pytest.raises(rt.MethodError, match=re.escape(message)) as said:
         rows_of(path)
     assert str(path) in str(said.value) and "\n" not in str(said.value)
+
+
+@pytest.mark.parametrize("text, instead, message", [
+    ('"run_count": len', '"run_cont": len',
+     "returns the uniform run_cont, but the GLSL does not declare it; did you mean run_count?"),
+    ('"least": np', '"lest": np', "table sweep_run has no field 'lest'; did you mean least?"),
+    ('"most": np', '"tables": np',
+     "table sweep_run has no field 'tables'; known: first, hi, least, lo, most"),
+    ('"hi": hi', '"hi": hi[:, :2]', "field hi of table sweep_run has the shape (2, 2); its type in"
+     " the record needs (2, 3)"),
+    ('"first": first', '"first": lo', "field first of table sweep_run has the shape (2, 3); its "
+     "type in the record needs (2,)"),
+])
+def test_a_wrong_accelerator_is_named_in_a_line(folder: Path, text: str, instead: str,
+                                                message: str) -> None:
+    """A uniform or a field that the GLSL does not read gives an error message of one line."""
+    path = folder / "sweep.py"
+    assert text in path.read_text()
+    path.write_text(path.read_text().replace(text, instead, 1))
+    row, = rows_of(path)
+    with pytest.raises(rt.MethodError, match=re.escape(message)) as said:
+        row.prepare(rt.load_scene("cornell").triangles, row.resolved({}))
+    assert f"{path}, method 'sweep': " in str(said.value) and "\n" not in str(said.value)
+
+
+UPDATED = """
+import sys
+import gpgpu_rt as rt
+
+if __name__ == "__main__":
+    rt.load_methods(sys.argv[1])
+    with rt.Tracer("cornell", "sweep") as tracer:
+        try:
+            next(tracer.updates([tracer.scene.triangles]))
+        except rt.MethodError as failure:
+            print(failure)
+"""
+
+
+def test_boxes_that_cannot_be_pickled(folder: Path, tmp_path: Path) -> None:
+    """`updates` builds in another process. A lambda cannot be sent from there."""
+    path, script = folder / "sweep.py", tmp_path / "updated.py"
+    path.write_text(path.read_text().replace("structure=order", "boxes=lambda: (lo, hi)"))
+    script.write_text(UPDATED)
+    answer = python(str(script), str(folder))
+    assert answer.stdout.startswith("method sweep builds an accelerator that no"), answer.stderr
+    assert "lambda" in answer.stdout and answer.stdout.count("\n") == 1
 
 
 def test_files_of_one_name_are_two_modules(folder: Path, tmp_path: Path) -> None:
@@ -230,7 +284,12 @@ def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
     assert answer.stderr.count("\n") == 1
     with pytest.raises(rt.MethodError, match="gone"):
         rt.load_methods(tmp_path / "gone")
-    assert len(rt.methods()) > 20      # the failed call changed nothing
+    (tmp_path / "one.py").write_text("ROWS = ()")
+    with pytest.raises(rt.MethodError, match="one.py is a file; give its folder, "):
+        rt.load_methods(tmp_path / "one.py")
+    assert len(rt.methods()) > 20      # the failed calls changed nothing
+    answer = python("-m", "gpgpu_rt", "program", "sweep")
+    assert "no method 'sweep'; --methods-from or load_methods loads your own" in answer.stderr
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.full)],
