@@ -111,7 +111,8 @@ def _check(row: Method, path: Path) -> None:
                           'add "phase:int steps:int"')
     if row.state.texels > MOST_STATE_TEXELS and not row.drivers:
         raise MethodError(f"{where}: the state has {row.state.texels} texels; at most "
-                          f"{MOST_STATE_TEXELS} fit beside the hit and the counters; remove fields")
+                          f"{MOST_STATE_TEXELS} fit beside the hit and the counters; remove "
+                          "fields")
     if not 1 <= len(row.kernels) <= _MOST_KERNELS:
         raise MethodError(f"{where}: the row has {len(row.kernels)} kernels; give 1 to "
                           f"{_MOST_KERNELS}")

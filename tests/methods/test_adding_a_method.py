@@ -16,8 +16,12 @@ from conftest import soup_scene
 from PIL import Image
 
 import gpgpu_rt as rt
-from gpgpu_rt.methods.plugins import rows_of
+from gpgpu_rt.gl.record import FIELD_TYPES
+from gpgpu_rt.methods.plugins import MOST_STATE_TEXELS, rows_of
 from gpgpu_rt.rays import ray_sets
+from gpgpu_rt.rays.records import COUNTERS, HIT
+from gpgpu_rt.traversal.records import STATE
+from gpgpu_rt.traversal.triangle_table import TRIANGLE
 
 ROOT = Path(rt.__file__).parents[1]
 TEXT = (ROOT / "docs" / "how-to" / "add-a-method.md").read_text()
@@ -48,9 +52,8 @@ def test_what_is_quoted_is_in_the_files() -> None:
 
 
 def test_the_commands_run_as_they_stand(folder: Path, tmp_path: Path) -> None:
-    """The page's `gpgpu-rt` commands succeed, with a copy of the example's folder."""
-    lines = [line for language, text in BLOCKS if language == "sh" for line in text.splitlines()
-             if line.startswith("gpgpu-rt")]
+    """The page's first commands succeed, with a copy of the example's folder."""
+    lines = next(text for language, text in BLOCKS if language == "sh").splitlines()
     assert len(lines) == 3
     for line in lines:
         words = [str(folder) if word == "examples/methods" else word for word in
@@ -62,6 +65,32 @@ def test_the_commands_run_as_they_stand(folder: Path, tmp_path: Path) -> None:
         with Image.open(tmp_path / name) as image:
             assert size is None or image.size == size
             assert len(np.unique(np.asarray(image.convert("L")))) > 10
+
+
+def test_the_page_about_kernels_names_what_is_there() -> None:
+    """docs/kernel-language.md has the names of the program around a user's file, the types of
+    fields and the largest state."""
+    page = (ROOT / "docs" / "kernel-language.md").read_text()
+    core = "".join(path.read_text() for path in (ROOT / "glsl" / "core").iterdir())
+    records = {"hit": HIT, "state": STATE}
+    rows = re.findall(r"^\| (`.*?) \|", page, re.M)
+    for name in re.findall(r"`([\w.]+)", " ".join(rows)):
+        owner, _, field = name.partition(".")
+        if owner in records:
+            assert field in {one.name for one in records[owner].fields}
+        elif name == "triangle_last":
+            assert f"int {name}(int i)" in TRIANGLE.table_glsl()
+        else:
+            assert re.search(rf"\b{field or name}\b", core), name
+    counters = {"nodes_visited", "leaves_visited", "triangles_tested"}
+    assert set(re.findall(r"`COUNT\((\w+)\)`", page)) == counters - {"triangles_tested"}
+    assert counters == {field.name for field in COUNTERS.fields}
+    types = page.partition("The types of fields are")[2].partition(". ")[0]
+    assert set(re.findall(r"`(\w+)`", types)) == set(FIELD_TYPES)
+    state = re.search(r"at most (\d) texels", page)
+    in_docstring = re.search(r"at most (\d) texels", str(rt.Method.__doc__))
+    assert state is not None and in_docstring is not None
+    assert int(state[1]) == int(in_docstring[1]) == MOST_STATE_TEXELS
 
 
 def test_a_file_written_for_the_former_modules_loads(folder: Path) -> None:
