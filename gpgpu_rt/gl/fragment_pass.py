@@ -31,6 +31,8 @@ class FragmentPass:
     label : the pass's name in logs; if empty, logs use ``name``
     kernel : the method's kernel, as in ``ObservedPass``, or empty
     samplers : names of the textures that the compiled program reads
+    reads : names of the other uniforms that the compiled program reads. A pass over the whole
+        target leaves out the uniforms of its vertex program, which each draw sets
     uniforms : the values set so far, by name
     """
 
@@ -47,6 +49,8 @@ class FragmentPass:
         self._mark = object()
         self.samplers = tuple(name for name in self.program if getattr(
             self.program[name], "gl_type", None) in GL_SAMPLERS)
+        self.reads = tuple(name for name in self.program if name not in self.samplers
+                           and isinstance(self.program[name], moderngl.Uniform))
         for unit, name in enumerate(self.samplers):
             self.program[name].value = unit
 

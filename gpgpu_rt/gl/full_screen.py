@@ -46,6 +46,7 @@ class FullScreenPass(FragmentPass):
     def __init__(self, gpu: Gpu, fragment: str, defines: Mapping[str, object] | None = None,
                  virtual: Mapping[str, str] | None = None) -> None:
         super().__init__(gpu, fragment, defines, virtual)
+        self.reads = tuple(name for name in self.reads if name not in ("scale", "depth"))
         self._whole = Rectangles(gpu, 1)
         self._geometry: dict[Rectangles, moderngl.VertexArray] = {}
         self._size: tuple[int, int] | None = None

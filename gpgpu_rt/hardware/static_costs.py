@@ -16,7 +16,7 @@ from typing import Any
 
 from ..errors import OptionError, nearest_names
 from ..inspect.program_text import program_text
-from ..methods import find_method, methods
+from ..methods import built_in_methods, find_method
 from ..traversal.era import EraKernel, era_kernels
 from ..traversal.era_packets import packet_kernels, packet_loop
 
@@ -117,14 +117,14 @@ class CompiledCosts:
 
 
 def era_methods() -> list[str]:
-    """Return the methods whose era form runs one kernel per pass."""
-    return [row.name for row in methods()
+    """Return the built-in methods whose era form runs one kernel per pass."""
+    return [row.name for row in built_in_methods()
             if not row.why_no_era_form() and row.era_packets is None]
 
 
 def packet_methods() -> list[str]:
-    """Return the methods whose era form runs packets, always in a loop."""
-    return [row.name for row in methods() if row.era_packets is not None]
+    """Return the built-in methods whose era form runs packets, always in a loop."""
+    return [row.name for row in built_in_methods() if row.era_packets is not None]
 
 
 def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,

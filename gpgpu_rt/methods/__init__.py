@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from ..errors import OptionError, nearest_name, nearest_names
+from ..errors import OptionError, did_you_mean, nearest_name, nearest_names
 from ..options import TRACER_OPTIONS
 from ..traversal.accelerator import Accelerator
 from ..traversal.method import Method
@@ -86,6 +86,11 @@ def methods() -> list[Method]:
     return list(_TABLE.values())
 
 
+def built_in_methods() -> list[Method]:
+    """Return the rows of the project's own methods, in the order of Hachisuka's survey."""
+    return [row for row in methods() if row.name in _FAMILY]
+
+
 def find_method(name: str) -> Method:
     """Return the row of a method. An unknown name raises OptionError with similar names."""
     _load_named()
@@ -96,7 +101,9 @@ def find_method(name: str) -> Method:
                           "commands `render` and `trace` without --scheduler accept auto and "
                           f"choose a method. Here, give one of: {', '.join(_TABLE)}")
     if name not in _TABLE:
-        raise OptionError(f"no method {name!r}" + nearest_name(name, _TABLE))
+        own = "" if _LOADED or "," in name or did_you_mean(name, _TABLE) else (
+            "; --methods-from or load_methods loads your own methods")
+        raise OptionError(f"no method {name!r}{own}" + nearest_name(name, _TABLE))
     return _TABLE[name]
 
 

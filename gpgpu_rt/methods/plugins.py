@@ -9,28 +9,29 @@ import importlib.util
 import os
 import re
 import sys
-import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from ..errors import Error, MethodError
 from ..gl import record as gl_record
+from ..gl.fragment_counter import TARGETS
 from ..gl.packed_record import PackedRecord
 from ..gl.record import FIELD_TYPES, Record
 from ..gl.shader import ROOT
 from ..options import Option
+from ..rays.records import COUNTERS, HIT
 from ..traversal import triangle_table
-from ..traversal.accelerator import Accelerator
 from ..traversal.assembly import driver_class
 from ..traversal.method import SCHEDULES, Method
+from .prepared import guarded, message_of, place_of
 
 VARIABLE = "GPGPU_RT_METHODS"
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 _MOST_KERNELS = 4    # the largest number of kernels of a row in a user's file
+# A pass writes the state, the hit and, with statistics, the counters, a render target for each
+# texel.
+MOST_STATE_TEXELS = TARGETS - HIT.texels - COUNTERS.texels
 # Method files that were written for version 0.1 import modules by these old names.
 _FORMER_NAMES = {"gpgpu_rt.record": gl_record, "gpgpu_rt.texel_layout": triangle_table}
 
@@ -48,6 +49,8 @@ def name_folder(folder: Path) -> None:
 
 def files_of(folder: Path) -> list[Path]:
     """The method files of a folder, sorted. Names that begin with "_" or "test_" are left out."""
+    if folder.is_file():
+        raise MethodError(f"{folder} is a file; give its folder, {folder.parent}")
     if not folder.is_dir():
         raise MethodError(f"there is no folder of methods {folder}; create the folder, or remove "
                           f"it from --methods-from and {VARIABLE}")
@@ -76,14 +79,14 @@ def rows_of(path: Path) -> list[Method]:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as failure:
         del sys.modules[name]
-        raise MethodError(f"{_place(path, failure)}: {type(failure).__name__}: "
-                          f"{_message(failure)}") from failure
+        raise MethodError(f"{place_of(path, failure)}: {type(failure).__name__}: "
+                          f"{message_of(failure)}") from failure
     rows = getattr(module, "ROWS", None)
     if not isinstance(rows, (list, tuple)) or not all(isinstance(row, Method) for row in rows):
         raise MethodError(f"{path}: the file has no ROWS; end it with ROWS = (Method(...),)")
     for row in rows:
         _check(row, path)
-    return [replace(row, prepare=_guarded(row, path)) for row in rows]
+    return [replace(row, prepare=guarded(row, path)) for row in rows]
 
 
 def register_folder(folder: Path, register: Callable[[Method, Path], Method]) -> None:
@@ -106,6 +109,10 @@ def _check(row: Method, path: Path) -> None:
     if missing:
         raise MethodError(f"{where}: the state has no {' and no '.join(sorted(missing))}; "
                           'add "phase:int steps:int"')
+    if row.state.texels > MOST_STATE_TEXELS and not row.drivers:
+        raise MethodError(f"{where}: the state has {row.state.texels} texels; at most "
+                          f"{MOST_STATE_TEXELS} fit beside the hit and the counters; remove "
+                          "fields")
     if not 1 <= len(row.kernels) <= _MOST_KERNELS:
         raise MethodError(f"{where}: the row has {len(row.kernels)} kernels; give 1 to "
                           f"{_MOST_KERNELS}")
@@ -140,6 +147,9 @@ def _check_kinds(row: Method, where: str) -> None:
             ("kernels", row.kernels, str, "names"), ("schedules", row.schedules, str, "names"),
             ("options", row.options, Option, "Options"),
             ("tables", row.tables, (Record, PackedRecord), "Records")):
+        if isinstance(values, kinds):
+            raise MethodError(f"{where}: {name} is not a tuple; a tuple of one needs a comma at "
+                              "its end: (ONE,)")
         if not isinstance(values, (tuple, list)):
             raise MethodError(f"{where}: {name} is {values!r}; give a tuple of {what}")
         wrong = [one for one in values if not isinstance(one, kinds)]
@@ -157,55 +167,3 @@ def _check_kinds(row: Method, where: str) -> None:
             _ = record.fields
         except ValueError as failure:       # a texel of the layout has too many components
             raise MethodError(f"{where}: {failure}") from failure
-
-
-def _guarded(row: Method, path: Path) -> Callable[..., Accelerator]:
-    """Return a function that calls the row's ``prepare`` and checks the returned Accelerator.
-
-    Exceptions other than `Error` become a MethodError with a message of one line. If the
-    environment variable GPGPU_RT_TRACEBACK is set, the command line also prints the traceback.
-    """
-    def prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
-        where = f"{path}, method {row.name!r}"
-        try:
-            made = row.prepare(triangles, options)
-        except Error:
-            raise
-        except Exception as failure:
-            raise MethodError(f"{_place(path, failure)}: {type(failure).__name__} in prepare: "
-                              f"{_message(failure)}") from failure
-        if not isinstance(made, Accelerator):
-            raise MethodError(f"{where}: prepare returns {type(made).__name__}; return an "
-                              "Accelerator")
-        missing = {"scene_lo", "scene_hi"} - set(made.uniforms)
-        if missing:     # without these uniforms, rays could miss triangles on the faces of boxes
-            raise MethodError(f"{where}: prepare returns no {' and no '.join(sorted(missing))}; "
-                              "the kernels need these uniforms to widen boxes; add "
-                              "**box_uniforms(triangles)")
-        missing = {record.name for record in row.tables_for(options)} - set(made.tables)
-        if missing:
-            raise MethodError(f"{where}: prepare returns no table {' and no table '.join(missing)}"
-                              "; return its fields, or remove it from the row's tables")
-        for record, fields in made.tables.items():
-            rows = {name: len(values) for name, values in fields.items()
-                    if isinstance(values, np.ndarray)}
-            if len(set(rows.values())) > 1:
-                listed = ", ".join(f"{name} {count}" for name, count in rows.items())
-                raise MethodError(f"{where}: the fields of table {record} have different numbers "
-                                  f"of rows: {listed}; give all fields the same number")
-        return made
-    return prepare
-
-
-def _place(path: Path, failure: BaseException) -> str:
-    """The path of a file and, if known, the number of the line at which the file failed."""
-    if isinstance(failure, SyntaxError) and failure.lineno:
-        return f"{failure.filename}:{failure.lineno}"
-    lines = [frame.lineno for frame in traceback.extract_tb(failure.__traceback__)
-             if frame.filename == str(path)]
-    return f"{path}:{lines[-1]}" if lines else str(path)
-
-
-def _message(failure: BaseException) -> str:
-    text = failure.msg if isinstance(failure, SyntaxError) else str(failure)
-    return " ".join(text.split()) or "no message"

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import contextlib
 import multiprocessing
+import pickle
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -22,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..accel.cache import uncached
-from ..errors import Error, LimitError, OptionError
+from ..errors import Error, LimitError, MethodError, OptionError
 from ..interrupts import left_to_this_process
 from ..methods import Accelerator, find_method
 from ..scene.scene import Scene
@@ -40,6 +41,10 @@ class Coming(NamedTuple):
 class Builds:
     """A process that builds a session's accelerators, one after another; a context manager.
 
+    Attributes
+    ----------
+    method : name of the session's method
+
     Raises
     ------
     OptionError
@@ -52,7 +57,7 @@ class Builds:
             raise OptionError(f"method {session.method.name} builds with passes here, but "
                               "another process cannot run them; move frame by frame with update, "
                               "or leave build_device at cpu")
-        self._session = session
+        self._session, self.method = session, session.method.name
         # A context cannot be sent to another process; builds on the CPU need no context.
         self._options = {**session.options, "context": None}
         self._pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
@@ -60,9 +65,8 @@ class Builds:
     def begin(self, scene: Scene) -> Coming:
         """Begin to build the accelerator over a scene."""
         triangles = self._session.structure.builder.stored(scene)
-        with left_to_this_process(), _one_line_errors():
-            return Coming(scene, self._pool.submit(_build, self._session.method.name,
-                                                   self._options, triangles))
+        with left_to_this_process(), _one_line_errors(self.method):
+            return Coming(scene, self._pool.submit(_build, self.method, self._options, triangles))
 
     def __enter__(self) -> Builds:
         return self
@@ -103,7 +107,7 @@ def _frames(sessions: Sessions, positions: Iterator[np.ndarray]) -> Iterator[Non
         yield
         while coming is not None:
             scene, began, failure = coming.scene, time.perf_counter(), None
-            with _one_line_errors():
+            with _one_line_errors(builds.method):
                 accelerator = coming.accelerator.result()
             waited = time.perf_counter() - began
             try:
@@ -136,8 +140,9 @@ def _build(method: str, options: Mapping[str, Any], triangles: np.ndarray) -> Ac
 
 
 @contextlib.contextmanager
-def _one_line_errors() -> Iterator[None]:
-    """Raise an error of this package if the building process ends early or memory is lacking."""
+def _one_line_errors(method: str) -> Iterator[None]:
+    """Raise an error of this package if the building process ends early, if memory is lacking, or
+    if the process cannot send the accelerator back."""
     try:
         yield
     except BrokenProcessPool as failure:
@@ -146,3 +151,9 @@ def _one_line_errors() -> Iterator[None]:
     except MemoryError as failure:
         raise LimitError("not enough memory to build a frame ahead; move frame by frame with "
                          "update") from failure
+    except (pickle.PicklingError, AttributeError, TypeError) as failure:
+        if "pickle" not in str(failure):
+            raise
+        raise MethodError(f"method {method} builds an accelerator that no other process can send "
+                          f"({failure}); in prepare, use functools.partial instead of a lambda, "
+                          "or move frame by frame with update") from failure

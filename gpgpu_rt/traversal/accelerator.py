@@ -31,7 +31,7 @@ class Accelerator:
     tables : Record name -> field name -> array (or Column). The fields are packed into textures.
     uniforms : Uniform name -> value.
     step_bound : Upper bound on the kernel runs of a ray.
-    structure : The builder's result, or None.
+    structure : The builder's result, of any type, or None.
     defines : GLSL defines that follow from the structure.
     stack_levels : Largest number of levels in the stack of a ray or packet.
     finisher : Passes that complete the tables after their upload.
@@ -39,7 +39,8 @@ class Accelerator:
         level of the scene; otherwise None.
     kept : Data that the builder keeps for ``Method.refit``.
     boxes : Returns the lower and the upper corners, (k, 3) each, of the nodes' boxes, indexed by
-        the state's field ``node``.
+        the state's field ``node``. `Tracer.updates` sends accelerators between processes, so use
+        a method or `functools.partial`, which can be pickled, instead of a lambda.
     automatic : Option -> the value that the builder uses, for options that are None.
     small_integers : Whether no integer of the tables is above 2^22 (``glsl/core/fetch.glsl``).
         `session.structure.Structure` sets this field when it writes the tables into textures.

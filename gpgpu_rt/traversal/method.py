@@ -109,7 +109,8 @@ class Method:
     glsl : File under ``glsl/`` (or an absolute path) with ``init`` and the kernels.
     parts : The files that options choose for ``#include <name>`` in the GLSL.
     kernels : Names of the kernels in the order of their phases.
-    state : Record of a ray's state between passes. It has the fields ``phase`` and ``steps``.
+    state : Record of a ray's state between passes. It has the fields ``phase`` and ``steps``, and
+        in a user's row at most 6 texels.
     tables : Records of the tables that the programs read.
     choose_tables : (options) -> records, if an option replaces a table.
     prepare : (triangles (n, 3, 3) float32, options) -> Accelerator.

@@ -18,6 +18,7 @@ import moderngl
 import numpy as np
 
 from .. import hits
+from ..errors import MethodError
 from ..gl.full_screen import FullScreenPass
 from ..gl.precision import Precision
 from ..gl.record import TABLE_WIDTH_LOG2, Record, streams_glsl
@@ -195,6 +196,10 @@ class Traversal(MethodDriver):
         if self._atlas is not None:
             samplers.update(self._atlas.samplers())
             program.set(**self._atlas.uniforms)
+        if len(program.uniforms) < len(program.reads):
+            unset = ", ".join(sorted(set(program.reads) - set(program.uniforms)))
+            raise MethodError(f"{self.method.glsl} reads the uniform {unset}, which has no value; "
+                              "return the value in the uniforms of the method's prepare")
         self.draw(program, target, samplers, statistics, kernel, depth=depth,
                   rectangles=tiles and tiles.rectangles)
 

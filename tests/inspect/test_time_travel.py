@@ -16,6 +16,7 @@ from gpgpu_rt.inspect.film_frames import even_loss
 from gpgpu_rt.inspect.heat import KINDS, draw_heat, heat
 from gpgpu_rt.inspect.pass_pictures import write_passes
 from gpgpu_rt.inspect.time_travel import Pass, decode, phase_names, travel
+from gpgpu_rt.methods import built_in_methods
 from gpgpu_rt.methods.choices import Choice, Choices
 from gpgpu_rt.rays.batch import RayBatch
 from gpgpu_rt.rays.records import HIT
@@ -254,7 +255,7 @@ def test_heat_is_what_rays_cost() -> None:
 
 
 @pytest.mark.parametrize("schedule", ["step", "kernels"])
-@pytest.mark.parametrize("method", [row.name for row in rt.methods() if row.restarts])
+@pytest.mark.parametrize("method", [row.name for row in built_in_methods() if row.restarts])
 def test_restarts_and_pops_follow_all_leaves_but_the_last(method: str, schedule: str) -> None:
     with rt.Tracer("tenk", method, schedule=schedule, statistics=True) as tracer:
         restarts, leaves = (heat(tracer, what, (24, 16)).values for what in ("restarts", "leaves"))

@@ -16,8 +16,12 @@ from conftest import soup_scene
 from PIL import Image
 
 import gpgpu_rt as rt
-from gpgpu_rt.methods.plugins import rows_of
+from gpgpu_rt.gl.record import FIELD_TYPES
+from gpgpu_rt.methods.plugins import MOST_STATE_TEXELS, rows_of
 from gpgpu_rt.rays import ray_sets
+from gpgpu_rt.rays.records import COUNTERS, HIT
+from gpgpu_rt.traversal.records import STATE
+from gpgpu_rt.traversal.triangle_table import TRIANGLE
 
 ROOT = Path(rt.__file__).parents[1]
 TEXT = (ROOT / "docs" / "how-to" / "add-a-method.md").read_text()
@@ -48,9 +52,8 @@ def test_what_is_quoted_is_in_the_files() -> None:
 
 
 def test_the_commands_run_as_they_stand(folder: Path, tmp_path: Path) -> None:
-    """The page's `gpgpu-rt` commands succeed, with a copy of the example's folder."""
-    lines = [line for language, text in BLOCKS if language == "sh" for line in text.splitlines()
-             if line.startswith("gpgpu-rt")]
+    """The page's first commands succeed, with a copy of the example's folder."""
+    lines = next(text for language, text in BLOCKS if language == "sh").splitlines()
     assert len(lines) == 3
     for line in lines:
         words = [str(folder) if word == "examples/methods" else word for word in
@@ -62,6 +65,32 @@ def test_the_commands_run_as_they_stand(folder: Path, tmp_path: Path) -> None:
         with Image.open(tmp_path / name) as image:
             assert size is None or image.size == size
             assert len(np.unique(np.asarray(image.convert("L")))) > 10
+
+
+def test_the_page_about_kernels_names_what_is_there() -> None:
+    """docs/kernel-language.md has the names of the program around a user's file, the types of
+    fields and the largest state."""
+    page = (ROOT / "docs" / "kernel-language.md").read_text()
+    core = "".join(path.read_text() for path in (ROOT / "glsl" / "core").iterdir())
+    records = {"hit": HIT, "state": STATE}
+    rows = re.findall(r"^\| (`.*?) \|", page, re.M)
+    for name in re.findall(r"`([\w.]+)", " ".join(rows)):
+        owner, _, field = name.partition(".")
+        if owner in records:
+            assert field in {one.name for one in records[owner].fields}
+        elif name == "triangle_last":
+            assert f"int {name}(int i)" in TRIANGLE.table_glsl()
+        else:
+            assert re.search(rf"\b{field or name}\b", core), name
+    counters = {"nodes_visited", "leaves_visited", "triangles_tested"}
+    assert set(re.findall(r"`COUNT\((\w+)\)`", page)) == counters - {"triangles_tested"}
+    assert counters == {field.name for field in COUNTERS.fields}
+    types = page.partition("The types of fields are")[2].partition(". ")[0]
+    assert set(re.findall(r"`(\w+)`", types)) == set(FIELD_TYPES)
+    state = re.search(r"at most (\d) texels", page)
+    in_docstring = re.search(r"at most (\d) texels", str(rt.Method.__doc__))
+    assert state is not None and in_docstring is not None
+    assert int(state[1]) == int(in_docstring[1]) == MOST_STATE_TEXELS
 
 
 def test_a_file_written_for_the_former_modules_loads(folder: Path) -> None:
@@ -79,19 +108,29 @@ def test_a_file_written_for_the_former_modules_loads(folder: Path) -> None:
     assert answer.returncode == 0 and "sweep" in answer.stdout, answer.stderr
 
 
-CHECKS = ["tests/traversal/test_hits.py::test_soup_matches_brute_force",
-          "tests/extremes/test_catalogue.py::test_every_method_returns_its_bits"]
-
-
-@pytest.mark.parametrize("checks", [
-    pytest.param(CHECKS, id="some"),
-    pytest.param(["tests"], id="all", marks=[pytest.mark.full, pytest.mark.once])])
-def test_the_tests_know_it(precise_renderer, folder: Path, checks: list[str]) -> None:
-    """The project's tests include a user's method if GPGPU_RT_METHODS names the folder."""
-    answer = python("-m", "pytest", "-q", "-m", "not full", "-p", "no:cacheprovider", *checks,
-                    "-k", "sweep", cwd=ROOT, GPGPU_RT_METHODS=str(folder))
+@pytest.mark.once
+def test_the_tests_know_it(precise_renderer, folder: Path) -> None:
+    """The tests that the page names pass with the example, and with methods that differ from it in
+    their structure, their state and the columns of Table 1."""
+    text = (folder / "sweep.py").read_text()
+    for name, structure in (("tree", "build_bvh(triangles)"), ("none", "None")):
+        other = text
+        for old, new in (("structure=order", f"structure={structure}"),
+                         ('name="sweep",', f'name="sweep-{name}", stack=True, restarts=True,'),
+                         ("steps:int", "steps:int | node:int more:vec3"),
+                         ("import Option\n", "import Option\nfrom gpgpu_rt.methods.bvh.build "
+                                             "import build_bvh\n")):
+            assert other.count(old) == 1
+            other = other.replace(old, new)
+        (folder / f"{name}.py").write_text(other)
+    command, = (line for _, text in BLOCKS for line in text.splitlines() if "pytest" in line)
+    words = shlex.split(command)[2:]
+    assert words[-2:] == ["-k", "sweep"]
+    # tests/workers/test_sweeps.py has the word by chance.
+    answer = python(*words[:-1], "sweep and not sweeps", "-q", "-p", "no:cacheprovider", cwd=ROOT,
+                    GPGPU_RT_METHODS=str(folder))
     assert answer.returncode == 0, answer.stdout[-3000:]
-    assert int(re.search(r"(\d+) passed", answer.stdout)[1]) >= 20
+    assert int(re.search(r"(\d+) passed", answer.stdout)[1]) >= 400
 
 
 @pytest.mark.full
@@ -101,7 +140,8 @@ def test_those_tests_find_what_is_wrong(precise_renderer, folder: Path) -> None:
     glsl = folder / "sweep.glsl"
     assert "> hit.t)" in glsl.read_text()
     glsl.write_text(glsl.read_text().replace("> hit.t)", "> 0.5 * hit.t)"))
-    answer = python("-m", "pytest", "-q", "-m", "not full", "-p", "no:cacheprovider", CHECKS[0],
+    answer = python("-m", "pytest", "-q", "-m", "not full", "-p", "no:cacheprovider",
+                    "tests/traversal/test_hits.py::test_soup_matches_brute_force",
                     "-k", "sweep and eye", cwd=ROOT, GPGPU_RT_METHODS=str(folder))
     assert answer.returncode == 1 and "rays differ" in answer.stdout
 
@@ -153,6 +193,8 @@ BROKEN = {
                 r"sweep.py:\d+: NameError in prepare"),
     "unwidened": ("sweep.py", ", **box_uniforms(triangles)", "", "no scene_hi and no scene_lo"),
     "table": ("sweep.py", "RUN.name:", '"run":', "no table sweep_run"),
+    "unset": ("sweep.py", '"run_count": len(first), ', "",
+              "sweep.glsl reads the uniform run_count"),
     "rows": ("sweep.py", '"hi": hi,', '"hi": hi[:1],', "rows: lo 2, hi 1,"),
     "word": ("sweep.py", 'Option("run"', 'Option("size"', "option size, but the commands use"),
     "absent": ("sweep.glsl", "void intersect(", "void intrsect(", "glsl has no kernel intersect"),
@@ -162,7 +204,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("name", [
-    pytest.param(name, marks=() if name in ("syntax", "kernel", "absent") else pytest.mark.full)
+    pytest.param(name, marks=() if name in ("syntax", "kernel", "unset") else pytest.mark.full)
     for name in BROKEN])
 def test_what_is_broken_is_named_in_a_line(folder: Path, tmp_path: Path, name: str) -> None:
     """Each fault in a user's method gives an error message of one line that names the fault."""
@@ -190,6 +232,11 @@ def test_what_is_broken_is_named_in_a_line(folder: Path, tmp_path: Path, name: s
     ("first:int", "first:itn", "record sweep_run has a field 'first:itn'"),
     ("phase:int", "phase:itn", "record state has a field 'phase:itn'"),
     ("hi:vec3 |", "hi:vec3 more:vec2 |", "record sweep_run: texel 1 has over four"),
+    ("steps:int", "steps:int" + " | more:vec4" * 6,
+     "the state has 7 texels; at most 6 fit beside the hit and the counters"),
+    ('Option("run", 16, "triangles per run", int, minimum=1),\n    )',
+     'Option("run", 16, "triangles per run", int, minimum=1))[1]', "options is not a tuple"),
+    ('("pass_run", "intersect")', '("pass_run")', "kernels is not a tuple"),
 ])
 def test_a_row_of_other_kinds_is_named_in_a_line(folder: Path, text: str, instead: str,
                                                  message: str) -> None:
@@ -201,6 +248,53 @@ def test_a_row_of_other_kinds_is_named_in_a_line(folder: Path, text: str, instea
     with pytest.raises(rt.MethodError, match=re.escape(message)) as said:
         rows_of(path)
     assert str(path) in str(said.value) and "\n" not in str(said.value)
+
+
+@pytest.mark.parametrize("text, instead, message", [
+    ('"run_count": len', '"run_cont": len',
+     "returns the uniform run_cont, but the GLSL does not declare it; did you mean run_count?"),
+    ('"least": np', '"lest": np', "table sweep_run has no field 'lest'; did you mean least?"),
+    ('"most": np', '"tables": np',
+     "table sweep_run has no field 'tables'; known: first, hi, least, lo, most"),
+    ('"hi": hi', '"hi": hi[:, :2]', "field hi of table sweep_run has the shape (2, 2); its type in"
+     " the record needs (2, 3)"),
+    ('"first": first', '"first": lo', "field first of table sweep_run has the shape (2, 3); its "
+     "type in the record needs (2,)"),
+])
+def test_a_wrong_accelerator_is_named_in_a_line(folder: Path, text: str, instead: str,
+                                                message: str) -> None:
+    """A uniform or a field that the GLSL does not read gives an error message of one line."""
+    path = folder / "sweep.py"
+    assert text in path.read_text()
+    path.write_text(path.read_text().replace(text, instead, 1))
+    row, = rows_of(path)
+    with pytest.raises(rt.MethodError, match=re.escape(message)) as said:
+        row.prepare(rt.load_scene("cornell").triangles, row.resolved({}))
+    assert f"{path}, method 'sweep': " in str(said.value) and "\n" not in str(said.value)
+
+
+UPDATED = """
+import sys
+import gpgpu_rt as rt
+
+if __name__ == "__main__":
+    rt.load_methods(sys.argv[1])
+    with rt.Tracer("cornell", "sweep") as tracer:
+        try:
+            next(tracer.updates([tracer.scene.triangles]))
+        except rt.MethodError as failure:
+            print(failure)
+"""
+
+
+def test_boxes_that_cannot_be_pickled(folder: Path, tmp_path: Path) -> None:
+    """`updates` builds in another process. A lambda cannot be sent from there."""
+    path, script = folder / "sweep.py", tmp_path / "updated.py"
+    path.write_text(path.read_text().replace("structure=order", "boxes=lambda: (lo, hi)"))
+    script.write_text(UPDATED)
+    answer = python(str(script), str(folder))
+    assert answer.stdout.startswith("method sweep builds an accelerator that no"), answer.stderr
+    assert "lambda" in answer.stdout and answer.stdout.count("\n") == 1
 
 
 def test_files_of_one_name_are_two_modules(folder: Path, tmp_path: Path) -> None:
@@ -219,7 +313,12 @@ def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
     assert answer.stderr.count("\n") == 1
     with pytest.raises(rt.MethodError, match="gone"):
         rt.load_methods(tmp_path / "gone")
-    assert len(rt.methods()) > 20      # the failed call changed nothing
+    (tmp_path / "one.py").write_text("ROWS = ()")
+    with pytest.raises(rt.MethodError, match="one.py is a file; give its folder, "):
+        rt.load_methods(tmp_path / "one.py")
+    assert len(rt.methods()) > 20      # the failed calls changed nothing
+    answer = python("-m", "gpgpu_rt", "program", "sweep")
+    assert "no method 'sweep'; --methods-from or load_methods loads your own" in answer.stderr
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.full)],

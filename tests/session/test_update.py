@@ -8,7 +8,7 @@ from conftest import RAY_SETS, assert_same_bits, random_soup, variants
 import gpgpu_rt as rt
 from gpgpu_rt.accel.bounds import half_area
 from gpgpu_rt.gl import textures
-from gpgpu_rt.methods import find_method
+from gpgpu_rt.methods import built_in_methods, find_method
 from gpgpu_rt.methods.bvh.build import build_bvh
 from gpgpu_rt.methods.bvh.refit import Refitter
 from gpgpu_rt.methods.quality import sah_cost
@@ -57,7 +57,7 @@ def test_an_updated_tracer_hits_what_a_new_one_does(precise_renderer, method: st
             assert tracer.statistics.rebuilt or row.refit is not None
 
 
-@pytest.mark.parametrize("method", [row.name for row in rt.methods()
+@pytest.mark.parametrize("method", [row.name for row in built_in_methods()
                                     if row.stack or row.stack_entry is not None])
 def test_trees_of_like_depth_share_programs(gpu, method: str) -> None:
     """Trees of slightly different depth use the same programs.

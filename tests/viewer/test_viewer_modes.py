@@ -18,6 +18,7 @@ from gpgpu_rt.cli import main
 from gpgpu_rt.inspect import false_colours as colours
 from gpgpu_rt.inspect.heat import KINDS, Heat, draw_heat
 from gpgpu_rt.inspect.time_travel import decode
+from gpgpu_rt.methods import built_in_methods
 from gpgpu_rt.rays.batch import RayBatch
 from gpgpu_rt.viewer import Viewer, heat_view, moves, ray_path
 from gpgpu_rt.viewer.journey import Journey
@@ -207,12 +208,13 @@ def test_restarts_are_counted_for_methods_that_restart(viewer: Viewer) -> None:
 
 
 def followed() -> list[tuple[str, dict]]:
-    """Returns (method, options) for the methods whose state names the box that a ray is in.
+    """Returns (method, options) for the built-in methods whose state names the box that a ray is
+    in.
 
     Each method comes without options, and also with octants and with shared subtrees if it has
     these options.
     """
-    tried = [(row, options) for row in rt.methods() if "step" in row.schedules
+    tried = [(row, options) for row in built_in_methods() if "step" in row.schedules
              for options in ({}, {"octants": True}, {"octants": True, "shared_subtrees": 8})
              if set(options) <= {option.name for option in row.options}]
     return [(row.name, options) for row, options in tried if {"node:int", "cell:ivec3"} & set(

@@ -9,7 +9,7 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.cli.main import main
-from gpgpu_rt.methods import find_method
+from gpgpu_rt.methods import built_in_methods
 from gpgpu_rt.report import CHAPTERS, write_report
 from gpgpu_rt.scene.loading import list_scenes
 from gpgpu_rt.web import export, gallery
@@ -28,10 +28,11 @@ def test_twins_run_in_a_browser_and_belong_to_figures(twin: Twin) -> None:
     assert any(twin.figure in chapter.figures for chapter in CHAPTERS)
 
 
-@pytest.mark.parametrize("row", [find_method(name) for name in web_names()],
+@pytest.mark.parametrize("row", [row for row in built_in_methods() if row.name in web_names()],
                          ids=lambda row: row.name)
 def test_each_method_has_a_manual(row) -> None:
-    """The text about a method names a year or the survey, and no comment marks are left in it."""
+    """The text about a built-in method names a year or the survey, and no comment marks are left
+    in it."""
     paragraphs = about(row)
     assert re.search(r"\b(19|20)\d\d\b|\bsurvey\b", paragraphs[0])
     assert not any("//" in part or "\n" in part for part in paragraphs)
