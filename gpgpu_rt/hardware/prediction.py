@@ -86,10 +86,10 @@ def predict(scene: Scene, method: str, card: str, rays: str | Workload = "eye", 
 
     Parameters
     ----------
-    scene : the scene
+    scene : Scene
     method : a method with an era form (docs/era.md), kd-stack, or, on the G80, a packet method
     card : a chip, such as "nv40" or "g80", or a card's name; `FORMS` has the chips
-    rays : a kind of rays, as in ``gpgpu-rt bench --rays``, or the rays of an image
+    rays : ``"eye"`` or another kind of rays, as in ``gpgpu-rt bench --rays``, or an image's rays
     size : pixels per side of the image; a `Workload` has its own size
     form : the form of the card's program (`forms_of`). None is the form that the figures compare
         with the papers' times
