@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from snippets import without_meshes
 
 import gpgpu_rt as rt
 from gpgpu_rt import cli
@@ -230,9 +231,11 @@ def test_accuracy_command(capsys, tmp_path) -> None:
         assert message in error.splitlines()[-1] and not path.exists()
 
 
-def test_only_rays_aimed_at_vertices_and_edges_are_excused(exact_renderer) -> None:
+def test_only_rays_aimed_at_vertices_and_edges_are_excused(exact_renderer, tmp_path: Path
+                                                           ) -> None:
     """docs/accuracy.md says how many rays of each kind the default of `accuracy` excuses."""
-    known = KnownRays(rt.load_scene("cornell"), 65_536, 0)
+    with without_meshes(tmp_path):
+        known = KnownRays(rt.load_scene("cornell"), 65_536, 0)
     with rt.Tracer(known.scene, "bvh-threaded") as tracer:
         found = known.judge(known.trace(tracer)[0])
     excused = {kind: found.score(part).counts[WITHIN_BOUND] for kind, part in known.parts.items()}

@@ -85,7 +85,7 @@ def test_the_legend_covers_all_panels(tmp_path: Path, monkeypatch: pytest.Monkey
             (tmp_path / cell.name).unlink(missing_ok=True)
     for column in figure.columns:
         write_cell(figure.cell(last, column, False), tmp_path, ns_per_ray=1.0, median_ms=1.0,
-                   counters=COUNTERS, scene=STAND_IN)
+                   samples_ms=[1.0], counters=COUNTERS, scene=STAND_IN)
     monkeypatch.setattr(comparison, "save_chart", lambda chart, *_: charts.append(chart))
     figure.draw(tmp_path, tmp_path, False)
     legend = charts[0].legends[0]

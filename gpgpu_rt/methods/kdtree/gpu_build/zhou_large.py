@@ -57,10 +57,10 @@ class LargeNodes:
 
     Attributes
     ----------
-    levels : all levels, from the root down
+    levels : All levels, from the root down.
     small : Pieces of small nodes, a stream for each level below the root. If the root is small,
         the only stream holds the root's pieces.
-    stuck : pieces of large nodes that became leaves, a stream for each level that has such pieces
+    stuck : Pieces of large nodes that became leaves, a stream for each level that has such pieces
     roots : number of small nodes, which are the roots of the trees in `zhou_small`
     """
 
