@@ -112,7 +112,10 @@ class RayMeshIntersector:
         -------
         locations : (m, 3) float64
         index_ray : (m,) int64, ascending
-        index_tri : (m,) int64, the first triangle of each place by (t, triangle)
+        index_tri : (m,) int64, the triangle that float32 finds first at each place
+
+        If a ray meets two places that float32 cannot separate, the nearer place comes first here;
+        ``intersects_first`` and ``max_hits=1`` may name the triangle of the other place.
         """
         hits, kept, locations = self._places(ray_origins, ray_directions,
                                              max_hits if multiple_hits else 1)

@@ -57,6 +57,9 @@ def guarded(row: Method, path: Path) -> Prepare:
             raise MethodError(f"{where}: prepare returns no table {' and no table '.join(missing)}"
                               "; return its fields, or remove it from the row's tables")
         for record in records:
+            if not isinstance(made.tables[record.name], Mapping):
+                raise MethodError(f"{where}: table {record.name} has no fields; return a dict "
+                                  "from the names of fields to arrays")
             _check_fields(record, made.tables[record.name], where)
         return made
     return prepare
@@ -94,6 +97,10 @@ def _check_fields(record: Record | PackedRecord, fields: Mapping[str, Any], wher
         if name not in widths:
             raise MethodError(f"{where}: table {record.name} has no field {name!r}"
                               + nearest_names(name, widths))
+    for name, values in fields.items():
+        if np.isscalar(values) or getattr(values, "ndim", 1) == 0:
+            raise MethodError(f"{where}: field {name} of table {record.name} is a single number; "
+                              "give an array with a value for each row")
     arrays = {name: values for name, values in fields.items() if isinstance(values, np.ndarray)}
     rows = {name: len(values) for name, values in arrays.items()}
     if len(set(rows.values())) > 1:

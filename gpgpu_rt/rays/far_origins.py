@@ -24,7 +24,8 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
 
     Parameters
     ----------
-    origins, directions : (n, 3) float32, world units, finite; directions of length near 1
+    origins, directions : (n, 3) float32, world units; directions of length near 1. A ray with a
+        NaN may get any origin and distance, and does not affect the other rays
     lo, hi : (3,), the scene's bounds
 
     Returns

@@ -89,8 +89,8 @@ def _read(path: Path, groups: bool) -> Mesh:
     if suffix == ".aff":
         return read_aff(path)
     if suffix not in (".gz", ".bz2") and suffix[1:] not in trimesh.available_formats():
-        raise SceneError(f"{path}: no mesh format has this suffix; give {', '.join(SUFFIXES)}, or "
-                         "another format of trimesh")
+        raise SceneError(f"{path}: {'no mesh format has this suffix' if suffix else 'no suffix'}; "
+                         f"give {', '.join(SUFFIXES)}, or another format of trimesh")
     kind = "".join(s.lower() for s in path.suffixes[-2:]) if suffix in (".gz", ".bz2") else suffix
     text = whole_text(path)
     with open_input(path) if text is None else io.BytesIO(text) as file, quietly():

@@ -23,7 +23,10 @@ from ..traversal.method import Method
 
 @dataclass
 class AllHits:
-    """All hits of n rays, m in total, in the order of (ray, t, triangle).
+    """All hits of n rays, m in total, sorted by ray, then by (t, triangle).
+
+    A far origin moves along its ray for the search (``rays/far_origins.py``). The order is that of
+    the search, although adding the distance back to t may make two t equal.
 
     Attributes
     ----------
@@ -135,7 +138,8 @@ def check_exact(method: Method, options: Mapping[str, Any]) -> None:
 
 
 def _ordered(batch: RayBatch, found: list[dict[str, np.ndarray]], status: np.ndarray) -> AllHits:
-    """Return the hits of all rounds sorted by ray, t and triangle, in the caller's units."""
+    """Return the hits of all rounds, ray by ray in the order of the rounds, in the caller's units.
+    """
     kinds = {"ray": np.int64, "t": np.float32, "u": np.float32, "v": np.float32,
              "triangle": np.int32}
     parts = {name: np.concatenate([np.zeros(0, kind), *(one[name] for one in found)]).astype(kind)
@@ -143,9 +147,5 @@ def _ordered(batch: RayBatch, found: list[dict[str, np.ndarray]], status: np.nda
     parts["t"] = batch.given_units(parts["t"], parts["ray"])
     # Each round is sorted by ray, and later rounds have later hits of a ray.
     order = np.argsort(parts["ray"], kind="stable")
-    ray, t, triangle = (parts[name][order] for name in ("ray", "t", "triangle"))
-    if ((ray[1:] == ray[:-1]) & (t[1:] == t[:-1]) & (triangle[1:] < triangle[:-1])).any():
-        # The caller's units rounded two t to the same t.
-        order = np.lexsort((parts["triangle"], parts["t"], parts["ray"]))
     return AllHits(**{name: values[order] for name, values in parts.items()}, status=status,
                    shape=batch.shape)

@@ -27,7 +27,7 @@ function onDrag(one, turned, clicked, ended) {
     for (const kind of ["pointerup", "pointercancel"]) one.addEventListener(kind, end);
 }
 
-const touches = new Map();      // pointer that is pressed on the drawing -> its place on the page
+const touches = new Map();      // finger on the drawing -> its place on the page
 
 // Calls `zoomed` with a factor and a place on the page when the reader turns the wheel or moves two fingers. `zoomed`
 // returns whether it has zoomed; otherwise the wheel scrolls the page.
@@ -38,7 +38,9 @@ function onZoom(one, zoomed) {
         const factor = Math.exp(-event.deltaY * (event.ctrlKey ? 0.01 : 0.003));
         if (zoomed(factor, place(event)) || event.ctrlKey) event.preventDefault();
     }, {passive: false});
-    one.addEventListener("pointerdown", (event) => touches.set(event.pointerId, place(event)));
+    one.addEventListener("pointerdown", (event) => {
+        if (event.pointerType === "touch") touches.set(event.pointerId, place(event));
+    });
     one.addEventListener("pointermove", (event) => {
         if (!touches.has(event.pointerId)) return;
         const [a, b] = touches.values();

@@ -258,6 +258,8 @@ def test_a_row_of_other_kinds_is_named_in_a_line(folder: Path, text: str, instea
      "table sweep_run has no field 'tables'; known: first, hi, least, lo, most"),
     ('"hi": hi', '"hi": hi[:, :2]', "field hi of table sweep_run has the shape (2, 2); its type in"
      " the record needs (2, 3)"),
+    ('"first": first', '"first": first[0]', "field first of table sweep_run is a single number"),
+    ("RUN.name: {", "RUN.name: [] and {", "table sweep_run has no fields; return a dict"),
     ('"first": first', '"first": lo', "field first of table sweep_run has the shape (2, 3); its "
      "type in the record needs (2,)"),
 ])

@@ -200,21 +200,29 @@ def test_a_place_is_named_once_however_many_triangles_meet_there(seed: int) -> N
     assert (tri == first).all() and len(all_of) > 2 * len(aims)
 
 
+@pytest.mark.parametrize("away", [0.3, 4.0, 8.0])
 @pytest.mark.parametrize("seed", [6, 7], ids="seed{}".format)
-@pytest.mark.parametrize("name", OURS)
-def test_every_query_names_the_same_first_triangle(name: str, seed: int) -> None:
-    """At a vertex, float32 may find triangles that the ray misses in float64. They still count."""
-    mesh = trimesh.creation.icosphere(subdivisions=3)
-    origins = np.random.default_rng(seed).uniform(-0.3, 0.3, (len(mesh.vertices), 3))
-    rays = origins, mesh.vertices - origins
-    with ENGINES[name](mesh) as ray:
+@pytest.mark.parametrize("shape", ["ball", "box"])
+def test_queries_name_the_same_first_triangle(shape: str, seed: int, away: float) -> None:
+    """At a vertex, float32 may find triangles that the ray misses in float64. They still count. A
+    far origin makes different t equal in the caller's units."""
+    mesh, rng = closed(shape), np.random.default_rng(seed)
+    aims = np.tile(mesh.vertices, (2000 // len(mesh.vertices), 1))
+    origins = rng.normal(size=aims.shape)
+    origins *= away / np.linalg.norm(origins, axis=1, keepdims=True)
+    rays = origins, aims - origins
+    with RayMeshIntersector(mesh) as ray:
         first = ray.intersects_first(*rays)
-        assert (first >= 0).all()
-        for most in (None, 1):
-            _, index, tri = ray.intersects_location(*rays, max_hits=most)
-            assert (tri[np.flatnonzero(np.diff(index, prepend=-1))] == first).all()
+        assert (first >= 0).sum() > 900
+        nearest = *ray.intersects_id(*rays, max_hits=1), *ray.intersects_location(
+            *rays, max_hits=1)[:0:-1]
+        assert all((tri == first[first >= 0]).all() for tri in nearest[::2])
+        assert all((index == np.flatnonzero(first >= 0)).all() for index in nearest[1::2])
         tri, index = ray.intersects_id(*rays)
-        assert (tri[np.flatnonzero(np.diff(index, prepend=-1))] == first).all()
+        assert (tri[np.flatnonzero(np.diff(index, prepend=-1))] == first[first >= 0]).all()
+        if away < 1:        # the places of a ray from inside lie far apart
+            _, index, tri = ray.intersects_location(*rays)
+            assert (tri[np.flatnonzero(np.diff(index, prepend=-1))] == first).all()
 
 
 @pytest.mark.parametrize("name", OURS)
