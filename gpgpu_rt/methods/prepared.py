@@ -93,11 +93,10 @@ def _check_fields(record: Record | PackedRecord, fields: Mapping[str, Any], wher
         if missing := [name for name in widths if name not in fields]:
             raise MethodError(f"{where}: table {record.name} lacks the field {missing[0]}; "
                               "prepare must return every field of a PackedRecord")
-    for name in fields:
+    for name, values in fields.items():
         if name not in widths:
             raise MethodError(f"{where}: table {record.name} has no field {name!r}"
                               + nearest_names(name, widths))
-    for name, values in fields.items():
         if np.isscalar(values) or getattr(values, "ndim", 1) == 0:
             raise MethodError(f"{where}: field {name} of table {record.name} is a single number; "
                               "give an array with a value for each row")
