@@ -62,7 +62,7 @@ class KeptRays(Observer):
         empty = flat[:, 0, 3] > flat[:, 1, 3]     # t_min > t_max: a pixel without a shadow ray
         origins = np.where(empty[:, None], np.float32(np.nan), flat[:, 0, :3])
         rays = Workload(origins, flat[:, 1, :3], max(shape), flat[:, 1, 3], any_hit,
-                        (shape[0], shape[1]))
+                        (shape[0], shape[1]), flat[:, 0, 3])
         chip = str(self.tracer.options["era"]).upper()
         self.calls.append(KeptCall(any_hit, sampled(rays, self.tracer.method.name, chip)))
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from ..bench.workloads import RAY_SETS, Workload, rays_of
 from ..errors import OptionError, nearest_names
-from ..methods import find_method
+from ..methods import built_in_methods, find_method
 from ..scene.scene import Scene
 from .cards import INDEX, Card, find_card
 from .image_issues import measure
@@ -102,7 +102,7 @@ def predict(scene: Scene, method: str, card: str, rays: str | Workload = "eye", 
         kernels were not compiled for the card
     """
     found = find_card(card)
-    form = _checked_form(found, find_method(method).name, form)
+    form = checked_form(found, find_method(method).name, form)
     if isinstance(rays, str):
         if rays not in RAY_SETS:
             raise OptionError(f"no rays {rays!r}{nearest_names(rays, RAY_SETS)}")
@@ -121,16 +121,21 @@ def predict(scene: Scene, method: str, card: str, rays: str | Workload = "eye", 
     return Prediction(found, method, form, kind, counts["rays"], rays.size, time)
 
 
-def _checked_form(card: Card, method: str, form: str | None) -> str:
-    """Return the form in which the card runs the method; None means the card's usual form."""
+def checked_form(card: Card, method: str, form: str | None = None) -> str:
+    """Return the form in which the card runs the method; None means the card's usual form.
+
+    Raises
+    ------
+    OptionError
+        if no form is known, or the card could not have run the method
+    """
     if card.chip not in FORMS:
         raise OptionError(f"no times are predicted for the {card.name}; give a card of "
                           + ", ".join(FORMS))
     forms = forms_of(method, card.chip)
     if not forms:
-        reason = find_method(method).why_no_era_form() or "it traces packets in a loop"
-        raise OptionError(f"no time of {method} is predicted for the {card.name}: {reason}; "
-                          "`gpgpu-rt methods` says which methods have an era form")
+        raise OptionError(f"no time of {method} is predicted for the {card.name}: "
+                          + _why_no_form(method))
     if form is not None and form not in forms:
         raise OptionError(f"method {method} has no form {form!r} on the {card.name}"
                           + nearest_names(form, forms))
@@ -140,6 +145,15 @@ def _checked_form(card: Card, method: str, form: str | None) -> str:
                 raise OptionError(f"the {card.name} could not have run method {method}, which "
                                   f"{refused.says}; give another card")
     return form or forms[0]
+
+
+def _why_no_form(method: str) -> str:
+    """Return why a card has no form of the method, and what to do."""
+    row = find_method(method)
+    if row not in built_in_methods():
+        return "no costs were compiled for a method of your own; give a built-in method"
+    reason = row.why_no_era_form() or "it traces packets in a loop, and this card has no loops"
+    return f"{reason}; `gpgpu-rt methods` says which methods have an era form"
 
 
 def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any], any_hit: bool,

@@ -95,6 +95,33 @@ def test_calls_that_are_not_kept_count_too(monkeypatch) -> None:
     assert seconds["all"] == pytest.approx(2 * seconds["nearest"] + seconds["any"], rel=1e-6)
 
 
+@pytest.mark.parametrize("method, chip", [("kd-restart", "nv40"), ("kd-packet", "r580")])
+def test_rays_start_at_t_min(method: str, chip: str) -> None:
+    scene = rt.load_scene("cornell")
+    seconds = []
+    with rt.Tracer(scene, method, era=chip) as tracer:
+        for t_min in (0.0, 1e6):
+            with era_timed(tracer) as seen:
+                tracer.trace(*scene.camera.rays((64, 64)), t_min=t_min)
+            seconds.append(seen.on_card().seconds)
+    assert seconds[1] < seconds[0] / 3     # no ray reaches the scene's box
+
+
+def test_a_part_of_the_rays_keeps_their_ends() -> None:
+    every = rays_of(rt.load_scene("cornell"), RAY_SETS["eye"], 8)
+    every = replace(every, t_min=np.arange(64, dtype=np.float32))
+    np.testing.assert_array_equal(every.part(np.array([[3, 9]])).t_min, [3, 9])
+    np.testing.assert_array_equal(every.compact(2).t_min, [0, 63])
+
+
+def test_no_rays_have_no_time() -> None:
+    with rt.Tracer("cornell", "grid", era="nv40") as tracer:
+        with era_timed(tracer) as seen:
+            pass
+    with pytest.raises(OptionError, match="no rays were traced"):
+        seen.on_card()
+
+
 def test_passes_take_the_time_of_the_whole_trace() -> None:
     scene, method, card = rt.load_scene("cornell"), "kd-restart", find_card("NV40")
     rays = scene.camera.rays((64, 64))
