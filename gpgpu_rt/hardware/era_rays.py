@@ -19,7 +19,9 @@ from .image_issues import Samples, sampled
 # Without packets: the program that writes a call's rays, and the kernel of the next pass.
 RAYS, INIT = "era/rays.frag", "init"
 # A few calls of each kind (any hit or nearest hit) are kept. They stand for all calls of the kind.
-MOST_CALLS = 8
+# The sides of their samples are those of `predict`, divided by SHRINK. With these two numbers,
+# `render --era` spends about as long on the prediction as on the picture.
+MOST_CALLS, SHRINK = 4, 2
 ANY_HIT = "#define ANY_HIT\n"     # in the fragment text of programs that stop at the first hit
 
 
@@ -64,7 +66,8 @@ class KeptRays(Observer):
         rays = Workload(origins, flat[:, 1, :3], max(shape), flat[:, 1, 3], any_hit,
                         (shape[0], shape[1]), flat[:, 0, 3])
         chip = str(self.tracer.options["era"]).upper()
-        self.calls.append(KeptCall(any_hit, sampled(rays, self.tracer.method.name, chip)))
+        self.calls.append(KeptCall(any_hit, sampled(rays, self.tracer.method.name, chip,
+                                                  SHRINK)))
 
     def share(self, any_hit: bool) -> float:
         """Return the number of pixels of the kept calls of a kind, divided by the number of pixels

@@ -83,6 +83,9 @@ class EraTime:
             raise OptionError("no rays were traced, so no time is predicted; trace rays inside "
                               "`with era_timed(tracer)`")
         form = form or self.forms[0]
+        if form not in self.forms:
+            raise OptionError(f"no time is predicted for form {form!r}; give one of "
+                              + ", ".join(map(repr, self.forms)))
         method, card = self.tracer.method.name, self.card
         for refused in self.refusals:
             if refused.limit != INDEX:
@@ -98,7 +101,7 @@ class EraTime:
         """Whether any hit is enough, and the result of `count_issues`, for each kept call."""
         options = {**self._own, "context": self.tracer.options["context"]}
         return [(one.any_hit, count_issues(self.tracer.scene, one.samples, self.tracer.method.name,
-                                           options, self.card.chip)) for one in self.kept.calls]
+                                           options, self.card.chip, self.forms)) for one in self.kept.calls]
 
     @property
     def _own(self) -> dict[str, Any]:

@@ -95,6 +95,23 @@ def test_calls_that_are_not_kept_count_too(monkeypatch) -> None:
     assert seconds["all"] == pytest.approx(2 * seconds["nearest"] + seconds["any"], rel=1e-6)
 
 
+@pytest.mark.parametrize("method", ["kd-restart", "kd-packet"])
+def test_a_picture_is_predicted_from_few_rays(method: str) -> None:
+    """`render` traces fewer rays again than `predict`, and counts only the forms that it prints."""
+    with rt.Tracer("cornell", method, era="nv40") as tracer:
+        with era_timed(tracer) as seen:
+            tracer.render(size=(256, 256), samples=5)
+        for any_hit in (False, True):
+            calls = [one.samples for one in seen.kept.calls if one.any_hit == any_hit]
+            assert len(calls) == era_rays.MOST_CALLS
+            assert sum(one.tiles.shape == (128, 128) for one in calls) == len(calls)
+            assert sum(one.sparse.shape == (64, 64) for one in calls) == len(calls)
+        seen.kept.calls[1:] = []
+        assert {form for _, counts in seen._counts for form in counts["issued"]} == set(seen.forms)
+        with pytest.raises(OptionError, match="give one of 'step', "):
+            seen.on_card("step, 256 pixels")
+
+
 @pytest.mark.parametrize("method, chip", [("kd-restart", "nv40"), ("kd-packet", "r580")])
 def test_rays_start_at_t_min(method: str, chip: str) -> None:
     scene = rt.load_scene("cornell")
