@@ -101,15 +101,21 @@ def predict(scene: Scene, method: str, card: str, rays: str | Workload = "eye", 
         for an unknown name, a method that the card could not have run, or options with which the
         kernels were not compiled for the card
     """
-    found = find_card(card)
-    form = checked_form(found, find_method(method).name, form)
+    found, row = find_card(card), find_method(method)
+    for name in options:
+        if name not in (known := [option.name for option in row.options]):
+            raise OptionError(f"predict accepts only options of the method itself, and {method} "
+                              f"has no option {name!r}" + (nearest_names(name, known) if known
+                                                           else "; leave it out"))
+    form = checked_form(found, method, form)
     if isinstance(rays, str):
         if rays not in RAY_SETS:
             raise OptionError(f"no rays {rays!r}{nearest_names(rays, RAY_SETS)}")
         kind, rays = RAY_SETS[rays], rays_of(scene, RAY_SETS[rays], size)
-    else:
+    elif isinstance(rays, Workload):
         kind = "any-hit rays" if rays.any_hit else "nearest-hit rays"
-    row = find_method(method)
+    else:
+        raise OptionError(f"rays is {rays!r}; give a Workload or one of {', '.join(RAY_SETS)}")
     if packets_in_loop(method, found.chip) and row.era_packets is not None:
         implied = row.era_packets.implied(row.options)
         options = {**{o.name: implied[o.name] for o in row.options if o.name in implied},
@@ -138,7 +144,7 @@ def checked_form(card: Card, method: str, form: str | None = None) -> str:
                           + _why_no_form(method))
     if form is not None and form not in forms:
         raise OptionError(f"method {method} has no form {form!r} on the {card.name}"
-                          + nearest_names(form, forms))
+                          + nearest_names(repr(form), map(repr, forms)))
     if method in era_methods():
         for refused in era_refusals(card, {method: 1})[method, ERA]:
             if refused.limit != INDEX:

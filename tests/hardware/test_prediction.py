@@ -229,9 +229,15 @@ def test_a_moved_camera_changes_the_time() -> None:
     (("kd-restart", "r200"), {}, "give a card of R300, R420, NV40, R580, G80"),
     (("kd-packet", "r420"), {}, "packets"),
     (("kd-restart", "nv40", "eyes"), {}, "did you mean eye?"),
-    (("kd-restart", "nv40"), {"form": "stp"}, "did you mean step?"),
-    (("kd-restart", "nv40"), {"form": "passes, block"}, "did you mean passes"),
-    (("kd-restart", "nv40"), {"nodes": 3}, "has no option 'nodes'")])
+    (("kd-restart", "nv40", ["eye"]), {}, "give a Workload or one of eye, shadow"),
+    (("kd-restart", None), {}, "card is None; give a card's name"),
+    (("kd-restart", "nv40"), {"form": "stp"}, "did you mean 'step'?"),
+    (("kd-restart", "nv40"), {"form": "passes, block"}, "did you mean 'passes'"),
+    (("kd-restart", "nv40"), {"form": "x"}, "known: 'passes', 'step', 'step, 256 pixels', 'wh"),
+    (("brute-force", "nv40"), {"nodes": 3}, "has no option 'nodes'; leave it out"),
+    *((("kd-restart", "nv40"), {name: value}, f"has no option '{name}'") for name, value in (
+        ("nodes", 3), ("schedule", "loop"), ("statistics", True), ("era", "r300"),
+        ("precision", "fp16")))])
 def test_mistakes_get_a_line(words, more, says: str) -> None:
     with pytest.raises(OptionError, match="(?i)" + says.replace("?", r"\?")) as failure:
         predict(rt.load_scene("cornell"), *words, size=8, **more)
