@@ -8,22 +8,24 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.bench.workloads import RAY_SETS, rays_of, workload
+from gpgpu_rt.bench.workloads import RAY_SETS, Workload, rays_of, workload
 from gpgpu_rt.errors import OptionError
 from gpgpu_rt.figures.framework.predicted_times import PredictedRow
 from gpgpu_rt.figures.survey import fig20_whole_images as fig20
 from gpgpu_rt.hardware import era_rays, image_issues, packet_trace
-from gpgpu_rt.hardware.cards import find_card
+from gpgpu_rt.hardware.cards import INDEX, find_card
 from gpgpu_rt.hardware.era_time import era_timed
 from gpgpu_rt.hardware.issue import (
     GROUPS, STEP, WHILE_WHILE, WITHIN, issued_in_loop, issued_in_passes
 )
 from gpgpu_rt.hardware.loop_costs import setup_slots
 from gpgpu_rt.hardware.machine_model import stream_fetches, time_of_loop, time_of_passes
+from gpgpu_rt.hardware.methods_on_cards import ERA, era_refusals
 from gpgpu_rt.hardware.prediction import predict
-from gpgpu_rt.hardware.program_forms import FORMS, MEANINGS, PASSES, forms_of
+from gpgpu_rt.hardware.program_forms import BLOCKS, FORMS, MEANINGS, PASSES, forms_of
 from gpgpu_rt.hardware.static_costs import era_programs, static_cost
 from gpgpu_rt.hardware.trace import record_trace
+from gpgpu_rt.methods import find_method
 
 HORN = {"push_down": True, "stack_size": 3, "skip_empty_leaves": False}
 
@@ -38,12 +40,44 @@ def test_every_method_has_a_time_or_a_reason(method: str, chip: str) -> None:
     except OptionError as reason:
         assert method in str(reason) and find_card(chip).name in str(reason)
         assert "\n" not in str(reason)
-        assert not forms or "could not have run" in str(reason)
+        if forms:
+            refused = era_refusals(find_card(chip), {method: 1})[method, ERA]
+            says = next(f"could not have run method {method}, which {one.says}" for one in refused
+                        if one.limit != INDEX)
+        elif not (says := find_method(method).why_no_era_form()):
+            assert method == "kd-packet" and not find_card(chip).branching
+            says = "it traces packets in a loop, and this card has no loops"
+        assert says in str(reason)
         return
     assert found.form == forms[0] and found.form in MEANINGS
     assert found.seconds == sum(found.parts.values()) > 0
     assert (found.count, found.size, found.rays) == (16 * 16, 16, "eye rays")
     assert "16x16 pixels" in str(found)
+
+
+@pytest.mark.parametrize("chip", FORMS)
+def test_a_stack_in_a_local_array_needs_a_loop(chip: str) -> None:
+    assert set(forms_of("kd-stack", chip)) == (
+        set(forms_of("kd-texture-stack", chip)) - {PASSES, BLOCKS})
+    assert bool(forms_of("kd-stack", chip)) == bool(find_card(chip).branching)
+
+
+def test_the_page_names_the_rays_that_are_traced(monkeypatch) -> None:
+    """The exceptions that docs/hardware.md names: packets on NV40 and on the G80."""
+    scene = rt.load_scene("cornell")
+    rays = rays_of(scene, RAY_SETS["eye"], 512)
+    for method, chip, tile in (("kd-restart", "NV40", 96), ("kd-packet", "NV40", 128),
+                               ("kd-packet", "R580", 96), ("bvh-threaded", "G80", 96)):
+        samples = image_issues.sampled(rays, method, chip)
+        assert samples.tiles.shape == (2 * tile, 2 * tile), (method, chip)
+        assert samples.sparse.shape == (128, 128)
+    traced: list[int] = []
+    trace = Workload.trace
+    monkeypatch.setattr(Workload, "trace", lambda self, tracer: (
+        traced.append(len(self.origins)), trace(self, tracer))[1])
+    for method, most in (("kd-restart", 192 ** 2), ("kd-packet", 256 ** 2)):
+        predict(scene, method, "g80", size=256)
+        assert max(traced) == most
 
 
 def test_a_figure_predicts_what_users_predict() -> None:
