@@ -19,8 +19,8 @@ from .image_issues import Samples, sampled
 # Without packets: the program that writes a call's rays, and the kernel of the next pass.
 RAYS, INIT = "era/rays.frag", "init"
 # A few calls of each kind (any hit or nearest hit) are kept. They stand for all calls of the kind.
-# The sides of their samples are those of `predict`, divided by SHRINK. With these two numbers,
-# `render --era` spends about as long on the prediction as on the picture.
+# The sides of their samples are those of `predict`, divided by SHRINK: a
+# prediction from samples of full size takes several times as long.
 MOST_CALLS, SHRINK = 4, 2
 ANY_HIT = "#define ANY_HIT\n"     # in the fragment text of programs that stop at the first hit
 
@@ -66,8 +66,8 @@ class KeptRays(Observer):
         rays = Workload(origins, flat[:, 1, :3], max(shape), flat[:, 1, 3], any_hit,
                         (shape[0], shape[1]), flat[:, 0, 3])
         chip = str(self.tracer.options["era"]).upper()
-        self.calls.append(KeptCall(any_hit, sampled(rays, self.tracer.method.name, chip,
-                                                  SHRINK)))
+        samples = sampled(rays, self.tracer.method.name, chip, SHRINK)
+        self.calls.append(KeptCall(any_hit, samples))
 
     def share(self, any_hit: bool) -> float:
         """Return the number of pixels of the kept calls of a kind, divided by the number of pixels

@@ -101,7 +101,8 @@ class EraTime:
         """Whether any hit is enough, and the result of `count_issues`, for each kept call."""
         options = {**self._own, "context": self.tracer.options["context"]}
         return [(one.any_hit, count_issues(self.tracer.scene, one.samples, self.tracer.method.name,
-                                           options, self.card.chip, self.forms)) for one in self.kept.calls]
+                                           options, self.card.chip, self.forms))
+                for one in self.kept.calls]
 
     @property
     def _own(self) -> dict[str, Any]:

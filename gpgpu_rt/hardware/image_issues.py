@@ -1,8 +1,9 @@
 """Image issues: counts how often a card issues a method's kernels, for an image's rays.
 
-An issue runs a kernel for all pixels that branch together (issue.py). Not all rays are traced, except packets on the G80: an
-even sample of the image gives each kernel's runs, and the numbers of passes and queries. Tiles of
-the image give the lanes of each run, because only neighbours branch together.
+An issue runs a kernel for all pixels that branch together (issue.py). Not all rays are traced,
+except packets on the G80: an even sample of the image gives each kernel's runs, and the numbers of
+passes and queries. Tiles of the image give the lanes of each run, because only neighbours branch
+together.
 """
 from __future__ import annotations
 

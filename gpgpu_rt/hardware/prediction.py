@@ -81,15 +81,15 @@ def predict(scene: Scene, method: str, card: str, rays: str | Workload = "eye", 
 
     The rays are not all traced: their work is estimated from at most 128x128 pixels and four tiles
     of 96x96 pixels (of 128x128 for kd-packet on NV40). Packets on the G80 are all traced. The time
-    depends on ``size``, because neighbouring rays of a larger image need
-    the same kernels more often. The limit of an index in one channel is not checked: the time is
-    that of kernels that address texels by two coordinates, as in the papers.
+    depends on ``size``, because neighbouring rays of a larger image need the same kernels more
+    often. The limit of an index in one channel is not checked: the time is that of kernels that
+    address texels by two coordinates, as in the papers.
 
     Parameters
     ----------
     scene : Scene
-    method : a method with an era form (docs/era.md); kd-stack on a card with loops; or, on the G80, a
-        packet method
+    method : a method with an era form (docs/era.md); kd-stack on a card with loops; or, on the
+        G80, a packet method
     card : a chip, such as "nv40" or "g80", or a card's name; `FORMS` has the chips
     rays : ``"eye"`` or another kind of rays, as in ``gpgpu-rt bench --rays``, or an image's rays
     size : pixels per side of the image; a `Workload` has its own size

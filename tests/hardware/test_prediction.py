@@ -25,7 +25,7 @@ from gpgpu_rt.hardware.prediction import predict
 from gpgpu_rt.hardware.program_forms import BLOCKS, FORMS, MEANINGS, PASSES, forms_of
 from gpgpu_rt.hardware.static_costs import era_programs, static_cost
 from gpgpu_rt.hardware.trace import record_trace
-from gpgpu_rt.methods import find_method
+from gpgpu_rt.methods import built_in_methods, find_method
 
 HORN = {"push_down": True, "stack_size": 3, "skip_empty_leaves": False}
 
@@ -44,6 +44,8 @@ def test_every_method_has_a_time_or_a_reason(method: str, chip: str) -> None:
             refused = era_refusals(find_card(chip), {method: 1})[method, ERA]
             says = next(f"could not have run method {method}, which {one.says}" for one in refused
                         if one.limit != INDEX)
+        elif find_method(method) not in built_in_methods():
+            says = "no costs were compiled for a method of your own"
         elif not (says := find_method(method).why_no_era_form()):
             assert method == "kd-packet" and not find_card(chip).branching
             says = "it traces packets in a loop, and this card has no loops"
@@ -131,7 +133,7 @@ def test_calls_that_are_not_kept_count_too(monkeypatch) -> None:
 
 @pytest.mark.parametrize("method", ["kd-restart", "kd-packet"])
 def test_a_picture_is_predicted_from_few_rays(method: str) -> None:
-    """`render` traces fewer rays again than `predict`, and counts only the forms that it prints."""
+    """`render` traces fewer rays than `predict`, and counts only the forms that it prints."""
     with rt.Tracer("cornell", method, era="nv40") as tracer:
         with era_timed(tracer) as seen:
             tracer.render(size=(256, 256), samples=5)
