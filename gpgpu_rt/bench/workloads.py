@@ -39,6 +39,8 @@ class Workload:
     t_max : (n,) float32, the end of each ray; None if rays have no end
     any_hit : whether any hit is enough, as for shadow rays
     shape : (h, w) of a part of the image; None for the whole image
+    t_min : (n,) float32, the start of each ray; None if rays start at their origins. The other
+        engines ignore it
     """
 
     origins: np.ndarray
@@ -47,6 +49,7 @@ class Workload:
     t_max: np.ndarray | None = None
     any_hit: bool = False
     shape: tuple[int, int] | None = None
+    t_min: np.ndarray | None = None
 
     @functools.cached_property
     def has_ray(self) -> np.ndarray:
@@ -80,24 +83,25 @@ class Workload:
             live = live[np.linspace(0, len(live) - 1, most).astype(np.int64)]
         return Workload(*(np.ascontiguousarray(a[live], np.float32)
                           for a in (self.origins, self.directions)), self.size,
-                        None if self.t_max is None else self.t_max[live], self.any_hit)
+                        None if self.t_max is None else self.t_max[live], self.any_hit,
+                        t_min=None if self.t_min is None else self.t_min[live])
 
     def part(self, pixels: np.ndarray) -> Workload:
         """Return the rays of the pixels with the indices ``pixels``, (h, w) int."""
         chosen = pixels.reshape(-1)
         return Workload(self.origins[chosen], self.directions[chosen], self.size,
                         None if self.t_max is None else self.t_max[chosen], self.any_hit,
-                        pixels.shape)
+                        pixels.shape, None if self.t_min is None else self.t_min[chosen])
 
     def trace(self, tracer: Tracer) -> Hits | None:
         """Trace the rays and return their hits, or None if any hit is enough."""
         shape = self.shape or (self.size, self.size)
         t_max = np.inf if self.t_max is None else self.t_max
-        if self.any_hit:
-            tracer.occluded(self.origins, self.directions, t_max, shape=shape, invalid="miss")
-            return None
-        return tracer.trace(self.origins, self.directions, t_max=t_max, shape=shape,
-                            invalid="miss")
+        t_min = 0.0 if self.t_min is None else self.t_min
+        trace = tracer.occluded if self.any_hit else tracer.trace
+        found = trace(self.origins, self.directions, t_min=t_min, t_max=t_max, shape=shape,
+                      invalid="miss")
+        return found if isinstance(found, Hits) else None
 
 
 def mirror(bounces: int) -> str:

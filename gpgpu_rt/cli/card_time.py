@@ -8,7 +8,7 @@ from typing import Any
 from ..errors import OptionError
 from ..hardware.era_time import EraTime, era_timed
 from ..hardware.machine_model import CardTime
-from ..hardware.program_forms import MEANINGS, PASSES
+from ..hardware.program_forms import MEANINGS
 from ..options import spell
 from ..tracer import Tracer
 
@@ -21,10 +21,7 @@ def watched_for_card(tracer: Tracer) -> Iterator[Callable[[tuple[int, int]], Tol
     The function predicts the time of the block's traversal on the card of the option ``era``. It
     returns a dict for JSON, and lines of text.
 
-    The dict has ``card``, ``form`` (in which the kernels ran), ``rays`` (their kinds), ``size``,
-    ``seconds``, ``parts`` (seconds by name) and ``forms`` (seconds and parts in each form), or
-    only ``no_prediction`` (the reason). If an index in one channel could not have addressed all
-    texels on the card, ``limit`` says so.
+    docs/reference/json.md lists the fields of the dict, ``on_card``.
     """
     with era_timed(tracer) as seen:
         yield lambda size: _told(seen, size)
@@ -43,10 +40,8 @@ def _told(seen: EraTime, size: tuple[int, int]) -> Told:
               f"{spell(size)} pixels, without shading (form {form}: {MEANINGS[form]}"
               f"{_standing(form, seen)}; rays: {', '.join(seen.rays)}; {time.shares})"
               for form, time in times.items()]
-    found = {"card": card,
-             "form": MEANINGS[PASSES] if seen.ran == PASSES else "packets in one loop",
-             "rays": list(seen.rays), "size": list(size), **_time(ran),
-             **{"limit": says for says in limits},
+    found = {"card": card, "ran": seen.ran, "form": MEANINGS[seen.ran], "rays": list(seen.rays),
+             "size": list(size), **_time(ran), **{"limit": says for says in limits},
              "forms": {form: _time(time) for form, time in times.items()}}
     return found, lines + _losses(seen.tracer)
 

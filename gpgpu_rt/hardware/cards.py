@@ -104,6 +104,8 @@ def cards() -> tuple[Card, ...]:
 def find_card(name: str) -> Card:
     """Return a card by its name or its chip's name, in upper or lower case; raise OptionError for
     another name."""
+    if not isinstance(name, str):
+        raise OptionError(f"card is {name!r}; give a card's name or chip")
     for card in cards():
         if name.lower() in (card.name.lower(), card.chip.lower()):
             return card

@@ -19,7 +19,9 @@ from .image_issues import Samples, sampled
 # Without packets: the program that writes a call's rays, and the kernel of the next pass.
 RAYS, INIT = "era/rays.frag", "init"
 # A few calls of each kind (any hit or nearest hit) are kept. They stand for all calls of the kind.
-MOST_CALLS = 8
+# The sides of their samples are those of `predict`, divided by SHRINK: a
+# prediction from samples of full size takes several times as long.
+MOST_CALLS, SHRINK = 4, 2
 ANY_HIT = "#define ANY_HIT\n"     # in the fragment text of programs that stop at the first hit
 
 
@@ -62,9 +64,10 @@ class KeptRays(Observer):
         empty = flat[:, 0, 3] > flat[:, 1, 3]     # t_min > t_max: a pixel without a shadow ray
         origins = np.where(empty[:, None], np.float32(np.nan), flat[:, 0, :3])
         rays = Workload(origins, flat[:, 1, :3], max(shape), flat[:, 1, 3], any_hit,
-                        (shape[0], shape[1]))
+                        (shape[0], shape[1]), flat[:, 0, 3])
         chip = str(self.tracer.options["era"]).upper()
-        self.calls.append(KeptCall(any_hit, sampled(rays, self.tracer.method.name, chip)))
+        samples = sampled(rays, self.tracer.method.name, chip, SHRINK)
+        self.calls.append(KeptCall(any_hit, samples))
 
     def share(self, any_hit: bool) -> float:
         """Return the number of pixels of the kept calls of a kind, divided by the number of pixels

@@ -15,8 +15,8 @@ from .image_issues import count_issues
 from .issue import WHILE_WHILE
 from .machine_model import CardTime
 from .methods_on_cards import ERA, era_refusals
-from .prediction import time_of_image
-from .program_forms import PASSES, forms_of
+from .prediction import checked_form, time_of_image
+from .program_forms import PASSES
 
 
 @dataclass(frozen=True)
@@ -37,11 +37,12 @@ class EraTime:
         """The form in which the kernels ran here."""
         return WHILE_WHILE if self.tracer.method.era_packets is not None else PASSES
 
-    @property
+    @cached_property
     def forms(self) -> tuple[str, ...]:
         """The card's usual form, which the figures compare with the papers' times; then the form
-        in which the kernels ran here, if this is another form."""
-        usual = forms_of(self.tracer.method.name, self.card.chip)[0]
+        in which the kernels ran here, if this is another form. OptionError if the card has no
+        form of the method, as for a user's own method."""
+        usual = checked_form(self.card, self.tracer.method.name)
         return tuple(dict.fromkeys((usual, self.ran)))
 
     @property
@@ -75,14 +76,22 @@ class EraTime:
         Raises
         ------
         OptionError
-            if the kernels were not compiled for the card, or the card could not have run them
+            if the kernels were not compiled for the card, the card could not have run them, or no
+            rays were traced
         """
+        if not self.kept.calls:
+            raise OptionError("no rays were traced, so no time is predicted; trace rays inside "
+                              "`with era_timed(tracer)`")
+        form = form or self.forms[0]
+        if form not in self.forms:
+            raise OptionError(f"no time is predicted for form {form!r}; give one of "
+                              + ", ".join(map(repr, self.forms)))
         method, card = self.tracer.method.name, self.card
         for refused in self.refusals:
             if refused.limit != INDEX:
                 raise OptionError(f"the {card.name} could not have run the method, which "
                                   f"{refused.says}")
-        times = [time_of_image(card, method, form or self.forms[0], counts, any_hit,
+        times = [time_of_image(card, method, form, counts, any_hit,
                                options=tuple(self._own.items()))
                  .scaled(1 / self.kept.share(any_hit)) for any_hit, counts in self._counts]
         return sum(times[1:], start=times[0])
@@ -92,7 +101,8 @@ class EraTime:
         """Whether any hit is enough, and the result of `count_issues`, for each kept call."""
         options = {**self._own, "context": self.tracer.options["context"]}
         return [(one.any_hit, count_issues(self.tracer.scene, one.samples, self.tracer.method.name,
-                                           options, self.card.chip)) for one in self.kept.calls]
+                                           options, self.card.chip, self.forms))
+                for one in self.kept.calls]
 
     @property
     def _own(self) -> dict[str, Any]:

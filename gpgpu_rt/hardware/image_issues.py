@@ -1,13 +1,14 @@
 """Image issues: counts how often a card issues a method's kernels, for an image's rays.
 
-An issue runs a kernel for all pixels that branch together (issue.py). Not all rays are traced: an
-even sample of the image gives each kernel's runs, and the numbers of passes and queries. Tiles of
-the image give the lanes of each run, because only neighbours branch together.
+An issue runs a kernel for all pixels that branch together (issue.py). Not all rays are traced,
+except packets on the G80: an even sample of the image gives each kernel's runs, and the numbers of
+passes and queries. Tiles of the image give the lanes of each run, because only neighbours branch
+together.
 """
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -20,10 +21,11 @@ from ..tracer import Tracer
 from ..traversal.packets import packet_of
 from . import packet_trace
 from .issue import (
-    GROUPS, ORDERS, QUAD, STEP, WITHIN, KernelIssues, issued_in_loop, issued_in_passes
+    GROUPS, QUAD, STEP, WHILE_WHILE, WITHIN, KernelIssues, issued_in_loop, issued_in_passes
 )
 from .program_forms import (
-    BLOCKS, PACKETS, PASSES, SAME_WALK, SINGLE_RAYS, SMALLER, SMALLER_GROUPS, packets_in_loop
+    BLOCKS, MEANINGS, PACKETS, PASSES, SAME_WALK, SINGLE_RAYS, SMALLER, SMALLER_GROUPS,
+    packets_in_loop
 )
 from .trace import KernelTrace, record_trace
 from .warp_packets import growth
@@ -70,20 +72,21 @@ class Samples:
         return self.pixels * self.sparse.live / len(self.sparse.origins)
 
 
-def sampled(rays: Workload, method: str, chip: str) -> Samples:
+def sampled(rays: Workload, method: str, chip: str, shrink: int = 1) -> Samples:
     """Return the samples of an image's rays that `count_issues` traces.
 
     Parameters
     ----------
     rays : all rays of the image, or of an array of rays with a ``shape``
     method, chip : they decide which pixels branch together
+    shrink : divide the sides of the samples by this number
     """
     height, width = shape = rays.shape or (rays.size, rays.size)
     packet = 2 if packets_in_loop(method, chip) else 1
     group = GROUPS[chip] or QUAD
-    sparse = [_spread(side, packet) for side in shape]
-    tiles = [_tile_places(side, -(-TILE // (lanes * packet)) * lanes * packet, TILES)
-             for side, lanes in zip(shape, group)]
+    sparse = [_spread(side, packet, SPARSE // shrink) for side in shape]
+    tiles = [_tile_places(side, -(-TILE // shrink // block) * block, TILES)
+             for side, block in zip(shape, (lanes * packet for lanes in group))]
     return Samples(*(rays.part(rows[:, None] * width + columns)
                      for rows, columns in (sparse, tiles)), height * width)
 
@@ -113,9 +116,9 @@ def measure(scene: Scene, rays: Workload, method: str, options: Mapping[str, Any
 
 
 def count_issues(scene: Scene, samples: Samples, method: str, options: Mapping[str, Any],
-                 chip: str) -> dict[str, Any]:
-    """Return what `measure` returns, from samples of the rays. The packets of a warp need all
-    rays, so for these packets call `measure`."""
+                 chip: str, forms: Collection[str] = tuple(MEANINGS)) -> dict[str, Any]:
+    """Return what `measure` returns, from samples of the rays, for those of ``forms`` that the
+    chip has. The packets of a warp need all rays, so for these packets call `measure`."""
     pixels = samples.pixels
     if method == "brute-force":
         tests = round(samples.live * len(scene))
@@ -127,17 +130,15 @@ def count_issues(scene: Scene, samples: Samples, method: str, options: Mapping[s
         image, tiles = (_recorded(tracer, part, packets)
                         for part in (samples.sparse, samples.tiles))
         fragments = pixels // math.prod(packet_of(tracer.options)) if packets else pixels
-    found = {} if group is None else {
-        order: _scaled(issued_in_loop(tiles, group, order, WITHIN), image, fragments)
-        for order in ORDERS}
-    if packets:
-        return _counts(samples, found)
-    passes = issued_in_passes(image)
-    found |= {form: _scaled(issued_in_passes(tiles, block=block), image, pixels, passes)
-              for form, block in ((PASSES, QUAD), (BLOCKS, BLOCK))}
-    if chip in SMALLER_GROUPS:
-        found[SMALLER] = _scaled(issued_in_loop(tiles, SMALLER_GROUPS[chip], STEP, WITHIN), image,
-                                 pixels)
+    smaller = None if packets else SMALLER_GROUPS.get(chip)
+    found = {form: _scaled(issued_in_loop(tiles, lanes, order, WITHIN), image, fragments)
+             for form, order, lanes in ((WHILE_WHILE, WHILE_WHILE, group), (STEP, STEP, group),
+                                        (SMALLER, STEP, smaller))
+             if form in forms and lanes is not None}
+    if not packets:
+        passes = issued_in_passes(image)
+        found |= {form: _scaled(issued_in_passes(tiles, block=block), image, pixels, passes)
+                  for form, block in ((PASSES, QUAD), (BLOCKS, BLOCK)) if form in forms}
     return _counts(samples, found)
 
 
@@ -175,12 +176,12 @@ def _recorded(tracer: Tracer, part: Workload, packets: bool) -> KernelTrace:
     return packet_trace.in_loop(trace, stack) if packets else trace
 
 
-def _spread(side: int, packet: int) -> np.ndarray:
-    """Return at most SPARSE of the ``side`` rows (or columns) of an image, evenly spread, as runs
-    of ``packet`` neighbours."""
-    if side <= SPARSE:
+def _spread(side: int, packet: int, most: int) -> np.ndarray:
+    """Return at most ``most`` of the ``side`` rows (or columns) of an image, evenly spread, as
+    runs of ``packet`` neighbours."""
+    if side <= most:
         return np.arange(side)
-    count = SPARSE // packet
+    count = most // packet
     starts = (np.arange(count) * side + side // 2) // count // packet * packet
     return (starts[:, None] + np.arange(packet)).reshape(-1)
 

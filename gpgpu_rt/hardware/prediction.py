@@ -11,7 +11,7 @@ from typing import Any
 
 from ..bench.workloads import RAY_SETS, Workload, rays_of
 from ..errors import OptionError, nearest_names
-from ..methods import find_method
+from ..methods import built_in_methods, find_method
 from ..scene.scene import Scene
 from .cards import INDEX, Card, find_card
 from .image_issues import measure
@@ -80,14 +80,16 @@ def predict(scene: Scene, method: str, card: str, rays: str | Workload = "eye", 
     """Predict the time that a card would have taken to trace the rays of an image.
 
     The rays are not all traced: their work is estimated from at most 128x128 pixels and four tiles
-    of 96x96 pixels. The time depends on ``size``, because neighbouring rays of a larger image need
-    the same kernels more often. The limit of an index in one channel is not checked: the time is
-    that of kernels that address texels by two coordinates, as in the papers.
+    of 96x96 pixels (of 128x128 for kd-packet on NV40). Packets on the G80 are all traced. The time
+    depends on ``size``, because neighbouring rays of a larger image need the same kernels more
+    often. The limit of an index in one channel is not checked: the time is that of kernels that
+    address texels by two coordinates, as in the papers.
 
     Parameters
     ----------
     scene : Scene
-    method : a method with an era form (docs/era.md), kd-stack, or, on the G80, a packet method
+    method : a method with an era form (docs/era.md); kd-stack on a card with loops; or, on the
+        G80, a packet method
     card : a chip, such as "nv40" or "g80", or a card's name; `FORMS` has the chips
     rays : ``"eye"`` or another kind of rays, as in ``gpgpu-rt bench --rays``, or an image's rays
     size : pixels per side of the image; a `Workload` has its own size
@@ -101,15 +103,21 @@ def predict(scene: Scene, method: str, card: str, rays: str | Workload = "eye", 
         for an unknown name, a method that the card could not have run, or options with which the
         kernels were not compiled for the card
     """
-    found = find_card(card)
-    form = _checked_form(found, find_method(method).name, form)
+    found, row = find_card(card), find_method(method)
+    for name in options:
+        if name not in (known := [option.name for option in row.options]):
+            raise OptionError(f"predict accepts only options of the method itself, and {method} "
+                              f"has no option {name!r}" + (nearest_names(name, known) if known
+                                                           else "; leave it out"))
+    form = checked_form(found, method, form)
     if isinstance(rays, str):
         if rays not in RAY_SETS:
             raise OptionError(f"no rays {rays!r}{nearest_names(rays, RAY_SETS)}")
         kind, rays = RAY_SETS[rays], rays_of(scene, RAY_SETS[rays], size)
-    else:
+    elif isinstance(rays, Workload):
         kind = "any-hit rays" if rays.any_hit else "nearest-hit rays"
-    row = find_method(method)
+    else:
+        raise OptionError(f"rays is {rays!r}; give a Workload or one of {', '.join(RAY_SETS)}")
     if packets_in_loop(method, found.chip) and row.era_packets is not None:
         implied = row.era_packets.implied(row.options)
         options = {**{o.name: implied[o.name] for o in row.options if o.name in implied},
@@ -121,25 +129,39 @@ def predict(scene: Scene, method: str, card: str, rays: str | Workload = "eye", 
     return Prediction(found, method, form, kind, counts["rays"], rays.size, time)
 
 
-def _checked_form(card: Card, method: str, form: str | None) -> str:
-    """Return the form in which the card runs the method; None means the card's usual form."""
+def checked_form(card: Card, method: str, form: str | None = None) -> str:
+    """Return the form in which the card runs the method; None means the card's usual form.
+
+    Raises
+    ------
+    OptionError
+        if no form is known, or the card could not have run the method
+    """
     if card.chip not in FORMS:
         raise OptionError(f"no times are predicted for the {card.name}; give a card of "
                           + ", ".join(FORMS))
     forms = forms_of(method, card.chip)
     if not forms:
-        reason = find_method(method).why_no_era_form() or "it traces packets in a loop"
-        raise OptionError(f"no time of {method} is predicted for the {card.name}: {reason}; "
-                          "`gpgpu-rt methods` says which methods have an era form")
+        raise OptionError(f"no time of {method} is predicted for the {card.name}: "
+                          + _why_no_form(method))
     if form is not None and form not in forms:
         raise OptionError(f"method {method} has no form {form!r} on the {card.name}"
-                          + nearest_names(form, forms))
+                          + nearest_names(repr(form), map(repr, forms)))
     if method in era_methods():
         for refused in era_refusals(card, {method: 1})[method, ERA]:
             if refused.limit != INDEX:
                 raise OptionError(f"the {card.name} could not have run method {method}, which "
                                   f"{refused.says}; give another card")
     return form or forms[0]
+
+
+def _why_no_form(method: str) -> str:
+    """Return why a card has no form of the method, and what to do."""
+    row = find_method(method)
+    if row not in built_in_methods():
+        return "no costs were compiled for a method of your own; give a built-in method"
+    reason = row.why_no_era_form() or "it traces packets in a loop, and this card has no loops"
+    return f"{reason}; `gpgpu-rt methods` says which methods have an era form"
 
 
 def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any], any_hit: bool,

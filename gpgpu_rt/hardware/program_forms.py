@@ -33,9 +33,10 @@ MEANINGS = {
     UNCOALESCED: "a loop with an inner loop for each kernel; each lane loads its own data",
     PACKETS: "the rays of a packet are the lanes of a warp"}
 # A method without an era form -> the method whose kernels stand in. kd-stack runs the kernels of
-# kd-texture-stack in a loop. On the chip WARPS, the 32 rays of a packet are the lanes of a warp,
-# and each lane runs a single ray's kernels at the node of the packet; voting and kd-packet's short
-# stack are left out. On other cards a fragment traces a packet.
+# kd-texture-stack, but only in a loop: a local array does not last from pass to pass. On the chip
+# WARPS, the 32 rays of a packet are the lanes of a warp, and each lane runs a single ray's kernels
+# at the node of the packet; voting and kd-packet's short stack are left out. On other
+# cards a fragment traces a packet.
 SAME_WALK = {"kd-stack": "kd-texture-stack"}
 SINGLE_RAYS = {"kd-packet": "kd-push-down", "kd-ropes-packet": "kd-ropes",
                "bvh-packet": "bvh-threaded"}
@@ -60,6 +61,8 @@ def forms_of(method: str, chip: str) -> tuple[str, ...]:
         return (PACKETS,) if chip == WARPS else ()
     if SAME_WALK.get(method, method) not in era_methods():
         return ()
+    if method in SAME_WALK:
+        return tuple(form for form in forms if form not in (PASSES, BLOCKS))
     return (PASSES,) if method == "brute-force" else forms
 
 

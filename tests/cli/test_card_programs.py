@@ -91,8 +91,8 @@ def test_mistakes_get_a_line(capsys, words: list[str], says: str) -> None:
     assert says in capsys.readouterr().err
 
 
-def _rendered(capsys, path, *words: str) -> str:
-    assert cli.main(["render", "cornell", "-m", "kd-restart", "--size", "32", "-o",
+def _rendered(capsys, path, *words: str, method: str = "kd-restart") -> str:
+    assert cli.main(["render", "cornell", "-m", method, "--size", "32", "-o",
                      str(path / "picture.png"), *words]) == 0
     return capsys.readouterr().out
 
@@ -168,6 +168,11 @@ def test_a_time_names_its_form_its_rays_and_the_size(capsys, tmp_path) -> None:
     assert data["form"] == "one kernel per pass" and len(data["rays"]) == 2
     assert data["size"] == [32, 32] and list(data["forms"]) == ["step", "passes"]
     assert data["forms"]["passes"]["seconds"] == data["seconds"]
+    assert data["ran"] == "passes"
+    told, text = (_rendered(capsys, tmp_path, "--era", "nv40", *more, method="kd-packet")
+                  for more in ([], ["--json"]))
+    data = json.loads(text)["on_card"]
+    assert f"form {data['ran']}: {data['form']}, as here" in told
     (both,) = (line for line in _rendered(capsys, tmp_path, "--era", "r420").splitlines()
                if "would have taken" in line)
     assert "era_machine` compares" in both and "as here" in both

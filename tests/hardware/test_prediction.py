@@ -8,22 +8,24 @@ import numpy as np
 import pytest
 
 import gpgpu_rt as rt
-from gpgpu_rt.bench.workloads import RAY_SETS, rays_of, workload
+from gpgpu_rt.bench.workloads import RAY_SETS, Workload, rays_of, workload
 from gpgpu_rt.errors import OptionError
 from gpgpu_rt.figures.framework.predicted_times import PredictedRow
 from gpgpu_rt.figures.survey import fig20_whole_images as fig20
 from gpgpu_rt.hardware import era_rays, image_issues, packet_trace
-from gpgpu_rt.hardware.cards import find_card
+from gpgpu_rt.hardware.cards import INDEX, find_card
 from gpgpu_rt.hardware.era_time import era_timed
 from gpgpu_rt.hardware.issue import (
     GROUPS, STEP, WHILE_WHILE, WITHIN, issued_in_loop, issued_in_passes
 )
 from gpgpu_rt.hardware.loop_costs import setup_slots
 from gpgpu_rt.hardware.machine_model import stream_fetches, time_of_loop, time_of_passes
+from gpgpu_rt.hardware.methods_on_cards import ERA, era_refusals
 from gpgpu_rt.hardware.prediction import predict
-from gpgpu_rt.hardware.program_forms import FORMS, MEANINGS, PASSES, forms_of
+from gpgpu_rt.hardware.program_forms import BLOCKS, FORMS, MEANINGS, PASSES, forms_of
 from gpgpu_rt.hardware.static_costs import era_programs, static_cost
 from gpgpu_rt.hardware.trace import record_trace
+from gpgpu_rt.methods import built_in_methods, find_method
 
 HORN = {"push_down": True, "stack_size": 3, "skip_empty_leaves": False}
 
@@ -38,12 +40,46 @@ def test_every_method_has_a_time_or_a_reason(method: str, chip: str) -> None:
     except OptionError as reason:
         assert method in str(reason) and find_card(chip).name in str(reason)
         assert "\n" not in str(reason)
-        assert not forms or "could not have run" in str(reason)
+        if forms:
+            refused = era_refusals(find_card(chip), {method: 1})[method, ERA]
+            says = next(f"could not have run method {method}, which {one.says}" for one in refused
+                        if one.limit != INDEX)
+        elif find_method(method) not in built_in_methods():
+            says = "no costs were compiled for a method of your own"
+        elif not (says := find_method(method).why_no_era_form()):
+            assert method == "kd-packet" and not find_card(chip).branching
+            says = "it traces packets in a loop, and this card has no loops"
+        assert says in str(reason)
         return
     assert found.form == forms[0] and found.form in MEANINGS
     assert found.seconds == sum(found.parts.values()) > 0
     assert (found.count, found.size, found.rays) == (16 * 16, 16, "eye rays")
     assert "16x16 pixels" in str(found)
+
+
+@pytest.mark.parametrize("chip", FORMS)
+def test_a_stack_in_a_local_array_needs_a_loop(chip: str) -> None:
+    assert set(forms_of("kd-stack", chip)) == (
+        set(forms_of("kd-texture-stack", chip)) - {PASSES, BLOCKS})
+    assert bool(forms_of("kd-stack", chip)) == bool(find_card(chip).branching)
+
+
+def test_the_page_names_the_rays_that_are_traced(monkeypatch) -> None:
+    """The exceptions that docs/hardware.md names: packets on NV40 and on the G80."""
+    scene = rt.load_scene("cornell")
+    rays = rays_of(scene, RAY_SETS["eye"], 512)
+    for method, chip, tile in (("kd-restart", "NV40", 96), ("kd-packet", "NV40", 128),
+                               ("kd-packet", "R580", 96), ("bvh-threaded", "G80", 96)):
+        samples = image_issues.sampled(rays, method, chip)
+        assert samples.tiles.shape == (2 * tile, 2 * tile), (method, chip)
+        assert samples.sparse.shape == (128, 128)
+    traced: list[int] = []
+    trace = Workload.trace
+    monkeypatch.setattr(Workload, "trace", lambda self, tracer: (
+        traced.append(len(self.origins)), trace(self, tracer))[1])
+    for method, most in (("kd-restart", 192 ** 2), ("kd-packet", 256 ** 2)):
+        predict(scene, method, "g80", size=256)
+        assert max(traced) == most
 
 
 def test_a_figure_predicts_what_users_predict() -> None:
@@ -93,6 +129,50 @@ def test_calls_that_are_not_kept_count_too(monkeypatch) -> None:
             assert len(seen.kept.calls) == len(seen.kept.pixels)
             seconds[name] = seen.on_card().seconds
     assert seconds["all"] == pytest.approx(2 * seconds["nearest"] + seconds["any"], rel=1e-6)
+
+
+@pytest.mark.parametrize("method", ["kd-restart", "kd-packet"])
+def test_a_picture_is_predicted_from_few_rays(method: str) -> None:
+    """`render` traces fewer rays than `predict`, and counts only the forms that it prints."""
+    with rt.Tracer("cornell", method, era="nv40") as tracer:
+        with era_timed(tracer) as seen:
+            tracer.render(size=(256, 256), samples=5)
+        for any_hit in (False, True):
+            calls = [one.samples for one in seen.kept.calls if one.any_hit == any_hit]
+            assert len(calls) == era_rays.MOST_CALLS
+            assert sum(one.tiles.shape == (128, 128) for one in calls) == len(calls)
+            assert sum(one.sparse.shape == (64, 64) for one in calls) == len(calls)
+        seen.kept.calls[1:] = []
+        assert {form for _, counts in seen._counts for form in counts["issued"]} == set(seen.forms)
+        with pytest.raises(OptionError, match="give one of 'step', "):
+            seen.on_card("step, 256 pixels")
+
+
+@pytest.mark.parametrize("method, chip", [("kd-restart", "nv40"), ("kd-packet", "r580")])
+def test_rays_start_at_t_min(method: str, chip: str) -> None:
+    scene = rt.load_scene("cornell")
+    seconds = []
+    with rt.Tracer(scene, method, era=chip) as tracer:
+        for t_min in (0.0, 1e6):
+            with era_timed(tracer) as seen:
+                tracer.trace(*scene.camera.rays((64, 64)), t_min=t_min)
+            seconds.append(seen.on_card().seconds)
+    assert seconds[1] < seconds[0] / 3     # no ray reaches the scene's box
+
+
+def test_a_part_of_the_rays_keeps_their_ends() -> None:
+    every = rays_of(rt.load_scene("cornell"), RAY_SETS["eye"], 8)
+    every = replace(every, t_min=np.arange(64, dtype=np.float32))
+    np.testing.assert_array_equal(every.part(np.array([[3, 9]])).t_min, [3, 9])
+    np.testing.assert_array_equal(every.compact(2).t_min, [0, 63])
+
+
+def test_no_rays_have_no_time() -> None:
+    with rt.Tracer("cornell", "grid", era="nv40") as tracer:
+        with era_timed(tracer) as seen:
+            pass
+    with pytest.raises(OptionError, match="no rays were traced"):
+        seen.on_card()
 
 
 def test_passes_take_the_time_of_the_whole_trace() -> None:
@@ -185,9 +265,15 @@ def test_a_moved_camera_changes_the_time() -> None:
     (("kd-restart", "r200"), {}, "give a card of R300, R420, NV40, R580, G80"),
     (("kd-packet", "r420"), {}, "packets"),
     (("kd-restart", "nv40", "eyes"), {}, "did you mean eye?"),
-    (("kd-restart", "nv40"), {"form": "stp"}, "did you mean step?"),
-    (("kd-restart", "nv40"), {"form": "passes, block"}, "did you mean passes"),
-    (("kd-restart", "nv40"), {"nodes": 3}, "has no option 'nodes'")])
+    (("kd-restart", "nv40", ["eye"]), {}, "give a Workload or one of eye, shadow"),
+    (("kd-restart", None), {}, "card is None; give a card's name"),
+    (("kd-restart", "nv40"), {"form": "stp"}, "did you mean 'step'?"),
+    (("kd-restart", "nv40"), {"form": "passes, block"}, "did you mean 'passes'"),
+    (("kd-restart", "nv40"), {"form": "x"}, "known: 'passes', 'step', 'step, 256 pixels', 'wh"),
+    (("brute-force", "nv40"), {"nodes": 3}, "has no option 'nodes'; leave it out"),
+    *((("kd-restart", "nv40"), {name: value}, f"has no option '{name}'") for name, value in (
+        ("nodes", 3), ("schedule", "loop"), ("statistics", True), ("era", "r300"),
+        ("precision", "fp16")))])
 def test_mistakes_get_a_line(words, more, says: str) -> None:
     with pytest.raises(OptionError, match="(?i)" + says.replace("?", r"\?")) as failure:
         predict(rt.load_scene("cornell"), *words, size=8, **more)

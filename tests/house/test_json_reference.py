@@ -1,4 +1,5 @@
-"""docs/reference/json.md has the fields that `bench` and `accuracy` print, and no others."""
+"""docs/reference/json.md has the fields that `bench`, `accuracy` and `render --era` print, and no
+others."""
 from __future__ import annotations
 
 import json
@@ -12,7 +13,7 @@ from gpgpu_rt.cli import main
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "json.md"
 WITHOUT_EMBREEX = {"over_embree", "over_embree_wall"}    # fields that are missing without embreex
 # The tables of the page, in their order.
-BOTH, BENCH, RACE, ENTRY, ACCURACY, ROW, SCORE = range(7)
+BOTH, BENCH, RACE, ENTRY, ACCURACY, ROW, SCORE, ON_CARD = range(8)
 
 
 def fields() -> list[set[str]]:
@@ -46,3 +47,13 @@ def test_accuracy(capsys: pytest.CaptureFixture[str]) -> None:
     assert row.keys() == page[ROW]
     assert row["all"].keys() == row["kinds"]["eye"].keys() == page[SCORE]
     assert row["image"].keys() == {"rmse", "differing", "flip"}
+
+
+@pytest.mark.parametrize("method", ["kd-restart", "kd-packet"])
+def test_render_in_the_era_form(capsys: pytest.CaptureFixture[str], tmp_path: Path,
+                                method: str) -> None:
+    found = printed(capsys, "render", "cornell", "-m", method, "--era", "nv40", "--size", "16",
+                    "-o", str(tmp_path / "picture.png"))["on_card"]
+    assert found.keys() == fields()[ON_CARD] - {"limit"}
+    ran = found["forms"][found["ran"]]
+    assert ran == {name: found[name] for name in ("seconds", "parts")}

@@ -323,6 +323,19 @@ def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
     assert "no method 'sweep'; --methods-from or load_methods loads your own" in answer.stderr
 
 
+def test_no_card_time_is_predicted(folder: Path, tmp_path: Path) -> None:
+    """A user's own method runs in the era form, but no card's compiler has seen its kernels."""
+    says = "no costs were compiled for a method of your own"
+    answer = python("-m", "gpgpu_rt", "render", "cornell", "-m", "sweep", "--methods-from",
+                    str(folder), "--era", "nv40", "--size", "16", "-o", str(tmp_path / "o.png"))
+    assert answer.returncode == 0, answer.stderr
+    assert says in answer.stdout and (tmp_path / "o.png").is_file()
+    script = ("import sys, gpgpu_rt as rt\nfrom gpgpu_rt.hardware.prediction import predict\n"
+              "rt.load_methods(sys.argv[1])\n"
+              "predict(rt.load_scene('cornell'), 'sweep', 'nv40', size=8)\n")
+    assert says in python("-c", script, str(folder)).stderr.splitlines()[-1]
+
+
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.full)],
                          ids="seed{}".format)
 def test_it_ends_early(folder: Path, tmp_path: Path, seed: int) -> None:
