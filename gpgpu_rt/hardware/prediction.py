@@ -103,6 +103,9 @@ def predict(scene: Scene, method: str, card: str, rays: str | Workload = "eye", 
         for an unknown name, a method that the card could not have run, or options with which the
         kernels were not compiled for the card
     """
+    if not isinstance(scene, Scene):
+        raise OptionError(f"scene is a {type(scene).__name__}; give a Scene, such as "
+                          'rt.load_scene("cornell")')
     found, row = find_card(card), find_method(method)
     for name in options:
         if name not in (known := [option.name for option in row.options]):

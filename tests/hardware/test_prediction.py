@@ -278,3 +278,5 @@ def test_mistakes_get_a_line(words, more, says: str) -> None:
     with pytest.raises(OptionError, match="(?i)" + says.replace("?", r"\?")) as failure:
         predict(rt.load_scene("cornell"), *words, size=8, **more)
     assert "\n" not in str(failure.value)
+    with pytest.raises(OptionError, match="scene is a str; give a Scene"):
+        predict("cornell", "kd-restart", "nv40")
