@@ -169,8 +169,8 @@ TRUTH = {"1": True, "true": True, "yes": True, "on": True,
 # The chips that the option ``era`` accepts. ``era`` runs the kernels as in the papers: the era
 # form (docs/era.md). Each chip implies the schedule of cards without loops, the papers' triangle
 # test, and the number format of the chip's fragment processors. NV40 and R580 compute in fp32.
-# (NV40 also has half-precision types.) NV30 is missing because it has a single render
-# target, and its compiler refuses each of the kernels.
+# (NV40 also has half-precision types.) NV30 is missing because it has a single render target, and
+# its compiler refuses each of the kernels.
 _PAPERS = {"schedule": "kernels", "intersection": "moller-trumbore", "precision": "fp32"}
 ERAS: dict[str, dict[str, Any]] = {
     "r300": {**_PAPERS, "precision": "fp24"}, "r420": {**_PAPERS, "precision": "fp24"},

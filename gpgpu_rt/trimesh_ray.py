@@ -101,7 +101,8 @@ class RayMeshIntersector:
 
         Two hits of a ray belong to the same place, for example at an edge, if neither float32 nor
         float64 can separate them (`numerics/places.py`). Thus the two sides of a thin sheet, seen
-        from afar, are two places.
+        from afar, are two places. If only float64 can separate them, the nearer place comes first
+        here, but ``intersects_first`` and ``max_hits=1`` may name the triangle of the other place.
 
         Parameters
         ----------
@@ -113,9 +114,6 @@ class RayMeshIntersector:
         locations : (m, 3) float64
         index_ray : (m,) int64, ascending
         index_tri : (m,) int64, the triangle that float32 finds first at each place
-
-        If a ray meets two places that float32 cannot separate, the nearer place comes first here;
-        ``intersects_first`` and ``max_hits=1`` may name the triangle of the other place.
         """
         hits, kept, locations = self._places(ray_origins, ray_directions,
                                              max_hits if multiple_hits else 1)

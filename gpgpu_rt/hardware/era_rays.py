@@ -19,8 +19,8 @@ from .image_issues import Samples, sampled
 # Without packets: the program that writes a call's rays, and the kernel of the next pass.
 RAYS, INIT = "era/rays.frag", "init"
 # A few calls of each kind (any hit or nearest hit) are kept. They stand for all calls of the kind.
-# The sides of their samples are those of `predict`, divided by SHRINK: a
-# prediction from samples of full size takes several times as long.
+# The sides of their samples are those of `predict`, divided by SHRINK: a prediction from samples
+# of full size takes several times as long.
 MOST_CALLS, SHRINK = 4, 2
 ANY_HIT = "#define ANY_HIT\n"     # in the fragment text of programs that stop at the first hit
 

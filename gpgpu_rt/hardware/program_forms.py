@@ -35,8 +35,8 @@ MEANINGS = {
 # A method without an era form -> the method whose kernels stand in. kd-stack runs the kernels of
 # kd-texture-stack, but only in a loop: a local array does not last from pass to pass. On the chip
 # WARPS, the 32 rays of a packet are the lanes of a warp, and each lane runs a single ray's kernels
-# at the node of the packet; voting and kd-packet's short stack are left out. On other
-# cards a fragment traces a packet.
+# at the node of the packet; voting and kd-packet's short stack are left out. On other cards a
+# fragment traces a packet.
 SAME_WALK = {"kd-stack": "kd-texture-stack"}
 SINGLE_RAYS = {"kd-packet": "kd-push-down", "kd-ropes-packet": "kd-ropes",
                "bvh-packet": "bvh-threaded"}

@@ -60,8 +60,8 @@ class LargeNodes:
     levels : All levels, from the root down.
     small : Pieces of small nodes, a stream for each level below the root. If the root is small,
         the only stream holds the root's pieces.
-    stuck : Pieces of large nodes that became leaves, a stream for each level that has such pieces
-    roots : number of small nodes, which are the roots of the trees in `zhou_small`
+    stuck : Pieces of large nodes that became leaves, a stream for each level that has such pieces.
+    roots : Number of small nodes, which are the roots of the trees in `zhou_small`.
     """
 
     levels: list[LargeLevel] = field(default_factory=list)
