@@ -126,11 +126,14 @@ def test_the_tests_know_it(precise_renderer, folder: Path) -> None:
     command, = (line for _, text in BLOCKS for line in text.splitlines() if "pytest" in line)
     words = shlex.split(command)[2:]
     assert words[-2:] == ["-k", "sweep"]
+    if precise_renderer.is_es:      # other folders have tests that need desktop OpenGL
+        words[words.index("tests")] = "tests/traversal"
     # tests/workers/test_sweeps.py has the word by chance.
     answer = python(*words[:-1], "sweep and not sweeps", "-q", "-p", "no:cacheprovider", cwd=ROOT,
                     GPGPU_RT_METHODS=str(folder))
     assert answer.returncode == 0, answer.stdout[-3000:]
-    assert int(re.search(r"(\d+) passed", answer.stdout)[1]) >= 400
+    fewest = 150 if precise_renderer.is_es else 400
+    assert int(re.search(r"(\d+) passed", answer.stdout)[1]) >= fewest
 
 
 @pytest.mark.full
