@@ -3,7 +3,7 @@
 // we can use this bound to reduce the number of ray traversal steps"). The method is the project's own.
 // Triangles are drawn over a coarse image, one texel per tile of rays. MIN blending keeps three depths per
 // texel: the least depth of any triangle, the greatest depth (negated), and the closing depth. No ray of
-// the tile goes beyond the closing depth, because one triangle in front of it covers the whole tile.
+// the tile goes beyond the closing depth, because a single triangle that is nowhere deeper covers the tile.
 
 #include <streams>
 #include "stages/eye_triangle.glsl"

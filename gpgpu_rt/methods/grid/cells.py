@@ -217,7 +217,10 @@ class Shapes:
         return low, np.maximum(high - low + 1, 0)
 
     def overlap(self, triangle: np.ndarray, cell: np.ndarray) -> np.ndarray:
-        """Return (m,) bool, whether triangle[i] overlaps cell[i], (m, 3); their boxes overlap."""
+        """Return (m,) bool, whether triangle[i] overlaps cell[i], (m, 3).
+
+        The box of each triangle must overlap the cell.
+        """
         low, height = self.plane_range(triangle, cell)
         up = cell[np.arange(len(cell)), self.axis[triangle]]
         found = (up >= low) & (up < low + height)

@@ -1,5 +1,5 @@
 #version 330 core
-// Writes two flags per piece (zhou.glsl): whether a part of it lies left, and right, of the node's plane.
+// Writes two flags per piece (zhou.glsl): has the piece a part left of the node's plane, and a part right?
 
 #include <records>
 #include "core/stream.glsl"
