@@ -26,8 +26,8 @@ Cone cone_of_ray(vec3 origin, vec3 direction, float t_min, float t_end) {
 
 // The parent's sphere encloses the children's spheres. The centre is the middle of the box around these
 // spheres. The parent's cone encloses the children's directions around their mean axis: |d - axis| <=
-// |d - axis_i| + |axis_i - axis|. Radius and chord are measured from the rounded centre and axis. Differences and lengths
-// have relative errors below 8 U, which WIDENED covers.
+// |d - axis_i| + |axis_i - axis|. Radius and chord are measured from the rounded centre and axis.
+// Differences and lengths have relative errors below 8 U, which WIDENED covers.
 Cone cone_over(Cone children[4]) {
     vec3 lo = vec3(3e38), hi = vec3(-3e38), axis = vec3(0.0);
     float reach = -1.0;
