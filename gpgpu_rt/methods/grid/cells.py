@@ -22,8 +22,8 @@ from ...errors import LimitError, OptionError
 
 MOST_CELLS_AN_AXIS = 512
 MOST_REFERENCES = 1 << 27           # 0.5 GiB of int32
-# An automatic resolution is halved while the grid holds more references than this number times the
-# number of triangles, plus 4096.
+# An automatic resolution is halved while the grid of n triangles holds more than
+# USUAL_REFERENCES * n + 4096 references.
 USUAL_REFERENCES = 64
 # Smallest side of a cell, in units of the padding. Because of the padding, smaller cells would
 # list many triangles that do not overlap the cell.
