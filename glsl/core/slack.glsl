@@ -14,12 +14,12 @@
 //                     the normal. The number c is the cosine of the angle between ray and normal. The
 //                     number k is the product of the lengths of the two shorter edges, divided by the
 //                     length of their cross product.
-//   5 u M             A slab's t: the errors of M, a difference, the inverse direction and a product.
+//   5 u M             A slab's t: the roundings of M, a difference, the inverse direction and a product.
 //
-// The sum, 11 u M + (14 + 16 k) u M / c, is below BOX_SLACK M if (14 + 16 k) / c is below 53. In a plane
-// perpendicular to an axis the normal has one component, so k and c count as 1. Oblique needles have a
+// The sum, 11 u M + (14 + 16 k) u M / c, is below BOX_SLACK M if (14 + 16 k) / c is below 53. If a triangle
+// is perpendicular to an axis, its normal has one component, so k and c count as 1. Oblique needles have a
 // larger k, and oblique planes almost parallel to the ray have a smaller c. The t of such a hit may lie
-// outside the triangle's box, and a search that begins or ends between t and the box loses the hit
+// outside the triangle's box. A search that begins or ends between t and the box then loses the hit
 // (docs/extremes.md says how often).
 //
 // The slack also includes SPACING times each coordinate of the origin. This term is at least the distance

@@ -5,8 +5,8 @@ uniform ivec2 tile_size;
 uniform int tiles_a_row;
 
 // Divide integers as float32 numbers, as the cards of 2002-2006 did; this is also faster on software
-// renderers. Because 0.5 is added, the quotient of a dividend below 2^22 is farther from every whole number
-// than the rounding error.
+// renderers. The added 0.5 keeps the quotient away from whole numbers, so that rounding never changes its
+// whole part. This is certain for dividends below 2^22.
 ivec2 tile_of(ivec2 texel) {
     return ivec2((vec2(texel) + 0.5) / vec2(tile_size));
 }

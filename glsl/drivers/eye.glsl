@@ -1,6 +1,6 @@
 // Rays from the eye through places of the image, row 0 at the top. If the eye is far outside the sphere
-// around the scene, rays start nearer to the scene (gpgpu_rt/rays/far_origins.py), and t counts from this
-// start. A picture needs no t.
+// around the scene, rays start nearer to the scene (gpgpu_rt/rays/far_origins.py). Then t is the distance
+// from this start and not from the eye. This does no harm, because a picture does not use t.
 
 uniform vec3 eye;
 uniform vec3 right;

@@ -1,8 +1,8 @@
 #version 330 core
 // Masks rays that have ended: keeps only their fragments. The fragments' depth makes the early depth
 // test reject the rays from now on. The occlusion query around this pass counts the fragments. A pass over
-// rays reads the states from before the last kernel pass. A ray that had ended by then has its final state
-// in both ping-pong buffers. A pass over packets only counts ended packets.
+// rays reads the states from before the last kernel pass. So it masks only rays whose final state is
+// already in both ping-pong buffers. A pass over packets only counts ended packets.
 
 #include "core/phase.glsl"
 #include <streams>

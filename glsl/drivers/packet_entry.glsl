@@ -1,7 +1,7 @@
-// Chooses the node at which a packet begins its walk: the entry of its tile (stages/packet_entries.frag) if
-// the beam that found the entry contains all rays of this turn (packet_turns.glsl), else the root. An entry
-// has four links, which describe how the walk continues (methods/bvh/entry_stack.glsl,
-// methods/bvh/entry_threads.glsl).
+// Chooses the node at which a packet begins its walk. A beam has found the entry of the packet's tile
+// (stages/packet_entries.frag). If this beam contains all rays of the turn (packet_turns.glsl), the packet
+// begins at the entry, else at the root. An entry has four links, which describe how the walk continues
+// (methods/bvh/entry_stack.glsl, methods/bvh/entry_threads.glsl).
 
 Packet_entry entry;
 bool within;

@@ -4,8 +4,8 @@ int first_node(int root) {
     return root;
 }
 
-// The node at which a walk along escape indices continues. Only a packet that starts at an entry jumps
-// elsewhere.
+// Return the node at which a walk along escape indices continues: here always `to`. The version for packets
+// that start at an entry (methods/bvh/entry_threads.glsl) may return another node.
 int jumped(int to) {
     return to;
 }

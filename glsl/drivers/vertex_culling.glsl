@@ -44,8 +44,8 @@ void bound_frustum() {
     EACH(bound_for_culling)
 }
 
-// Return, for each of the four sides, whether a corner lies outside the side for all rays. For component x,
-// the moved corner then has x < 0; for y, y < 0; for z, x > 0; for w, y > 0.
+// Return, for each of the four sides, whether a corner lies outside the side for all rays. The moved corner
+// then has, in the order of the components, x < 0, y < 0, x > 0 or y > 0.
 bvec4 sides_outside(vec3 corner) {
     vec3 at = permuted(cull_dominant, corner);
     PRECISE vec3 lo = R(at - cull_origin_hi);

@@ -1,8 +1,8 @@
 // Light sampling of the surroundings. If the surroundings are an image, brighter directions are sampled
 // more often, and multiple importance sampling gives the weights, as for points on emitting triangles. A
 // sky varies little in brightness, so light sampling draws its direction from the distribution of the
-// path's next direction. The two directions then get equal weights, except for the probability that
-// light sampling chooses the surroundings (`far_chance`). Include after scatter.glsl, surroundings.glsl,
+// path's next direction. Both strategies, light sampling and the path's continuation, then have the same
+// density. Only the first has an extra factor, `far_chance`. Include after scatter.glsl, surroundings.glsl,
 // luminance.glsl and both_ways.glsl.
 
 uniform int far_light;      // the surroundings' number among the lights

@@ -5,8 +5,8 @@
 // shear). Storing the direction and the end rounds again.
 const float LIGHT_ERROR = 12.0 * ARITHMETIC_UNIT + 4.0 * STORAGE_UNIT;
 
-// The error of a point on a triangle, along the normal: a few roundings of the point's largest coordinate,
-// and as many roundings of the triangle's extent in the triangle test.
+// The error of a point on a triangle, measured along the normal. It is a few roundings of the point's
+// largest coordinate, plus as many roundings of the triangle's extent in the triangle test.
 float place_error(vec3 place, vec3 edge_u, vec3 edge_v) {
     vec3 off = abs(place) + abs(edge_u) + abs(edge_v);
     return LIGHT_ERROR * max(max(off.x, off.y), off.z);

@@ -25,7 +25,8 @@ uvec4 random_bits(uvec4 v) {
     return v;
 }
 
-// Return centres of 2^23 cells of (0, 1), exact in float32. They are never 0: logarithms need no guard.
+// Map each number to the centre of one of 2^23 equal cells of (0, 1), exact in float32. No result is 0, so
+// logarithms need no guard.
 vec4 cell_middles(uvec4 bits) {
     return (vec4(bits >> 9) + 0.5) * 1.1920928955078125e-7;
 }

@@ -1,8 +1,9 @@
 #version 330 core
-// Shading (Purcell et al. 2002, the last of their four kernels). For one light source, write the light that
-// each hit reflects if the hit is not in shadow, and the shadow ray towards the source. A source is a point
-// light (without falloff) or a point on an emitting triangle. This pass is drawn once per source. Only the
-// first draw writes the light that needs no shadow ray: light from the surroundings, and emitted light.
+// Shading (Purcell et al. 2002, the last of their four kernels). For one light source, write two results
+// for each hit: the light that the hit reflects if it is not in shadow, and the shadow ray towards the
+// source. A source is a point light (without falloff) or a point on an emitting triangle. This pass is
+// drawn once per source. Only the first draw writes the light that needs no shadow ray: light from the
+// surroundings, and emitted light.
 
 #include "core/fetch.glsl"
 #include "core/precision.glsl"

@@ -2,8 +2,9 @@
 // Rasterised bounds (survey, section 5: "if we know the bound of intersection points using rasterization,
 // we can use this bound to reduce the number of ray traversal steps"). The method is the project's own.
 // Triangles are drawn over a coarse image, one texel per tile of rays. MIN blending keeps three depths per
-// texel: the least depth of any triangle, the greatest depth (negated), and the closing depth. No ray of
-// the tile goes beyond the closing depth, because one triangle in front of it covers the whole tile.
+// texel: the least depth of any triangle, the greatest depth (negated), and the closing depth. A triangle
+// that alone covers the whole tile stops every ray of the tile at or before the triangle's greatest depth.
+// The closing depth is the least of these greatest depths.
 
 #include <streams>
 #include "stages/eye_triangle.glsl"

@@ -11,7 +11,7 @@
 // test's t is the distance of the plane, clamped to the range of the vertices' depths; the rounding of the
 // plane's normal is a small rotation. The products in this file have errors of the same size. MARGIN is 100
 // u: all lengths are widened by MARGIN times W. The normal is widened by the rotation that such
-// displacements of the vertices cause, which is larger than the rotation by rounding.
+// displacements of the vertices cause. This rotation is larger than the rotation by rounding.
 
 const float MARGIN = 6e-6;
 const float FAR_AWAY = 3.0e38;

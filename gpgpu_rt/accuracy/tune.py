@@ -184,8 +184,8 @@ class _Searcher:
         return beam
 
     def _settle(self, wave: list[Trial]) -> Trial | None:
-        """Combine the candidates of a wave with accuracy options. Return the fastest trial that
-        keeps the bounds, or None.
+        """Combine the candidates of a list from `_waves` with accuracy options. Return the fastest
+        trial that keeps the bounds, or None.
         """
         alive: list[Candidate] = []
         for method in dict.fromkeys(t.candidate.method for t in wave):

@@ -51,7 +51,8 @@ def _time(time: CardTime) -> dict[str, Any]:
 
 
 def _standing(form: str, seen: EraTime) -> str:
-    """Return whether the figures judge the form, and whether the kernels ran in the form here."""
+    """Return a note on a form: whether the kernels ran in this form here, and, for the form that
+    the figures check, the command that compares its times with the papers' times."""
     here = ", as here" if form == seen.ran else ""
     return here + ("; `python -m gpgpu_rt.figures --only era_machine` compares times in this form "
                    "with the papers' times" if form == seen.forms[0] else "")

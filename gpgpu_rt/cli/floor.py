@@ -1,7 +1,7 @@
 """``gpgpu-rt render --floor``: put a floor below the scene, on which the scene's shadow falls.
 
-There is no floor by default. So the printed counts and times describe the given scene. Its saved
-settings and cached trees can be used, and ``Tracer.render`` draws the same picture as the command.
+There is no floor by default. So the printed counts and times describe the given scene. The scene's
+saved settings and cached trees can be used, and ``Tracer.render`` draws the command's picture.
 """
 from __future__ import annotations
 

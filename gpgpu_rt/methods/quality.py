@@ -19,7 +19,7 @@ def sah_cost(structure: Structure, *, traversal_cost: float = 1.0,
     """Return the expected cost of a random line that crosses the scene's box and hits nothing.
 
     A node (or cell) costs `traversal_cost`, plus `intersection_cost` for each of its triangles.
-    Each cost is weighted by the node's surface area divided by that of the scene's box.
+    Each cost is multiplied by the node's surface area, and divided by that of the scene's box.
     """
     return _cost(_areas(structure), traversal_cost, intersection_cost)
 

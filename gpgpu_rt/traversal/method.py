@@ -114,8 +114,8 @@ class Method:
     tables : Records of the tables that the programs read.
     choose_tables : (options) -> records, if an option replaces a table.
     prepare : (triangles (n, 3, 3) float32, options) -> Accelerator.
-    adopt : (structure, triangles, options) -> Accelerator. Like ``prepare``, for the structure of
-        another method. That method hands rays to this method, but reads different tables.
+    adopt : (structure, triangles, options) -> Accelerator. Like ``prepare``, but with a structure
+        that another method has built. The other method hands some of its rays to this method.
     refit : (accelerator, triangles, options) -> Accelerator with the same structure over moved
         triangles. If None, or if ``rebuild_ratio`` requires it, the tracer rebuilds the structure.
     options : The method's own options, including the builder's.

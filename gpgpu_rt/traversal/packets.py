@@ -23,10 +23,10 @@ from .packet_hits import PacketHits, PacketTargets
 from .packet_tiles import PacketTiles, TilePass
 from .schedules import Traversal, method_defines, method_texts
 
-# Largest number of steps of a packet in its pass. A step costs at most three iterations, and
-# llvmpipe ends any loop after 65,535.
+# Largest number of steps of a packet in its pass. A step costs at most three loop iterations, and
+# llvmpipe ends every loop after 65,535 iterations.
 PACKET_STEPS = 20_000
-LIVE = 1   # phase of a ray whose packet reached the step limit
+LIVE = 1   # phase of an unsettled ray: its packet reached PACKET_STEPS before its search was over
 
 
 class PacketTraversal(MethodDriver):
@@ -114,7 +114,8 @@ class PacketTraversal(MethodDriver):
 
     def _trace_singly(self, rays: RayTextures, now: Target, statistics: Statistics,
                       any_hit: bool) -> None:
-        """Trace the rays of unfinished packets as single rays, into ``now``."""
+        """Trace the unsettled rays (phase LIVE) as single rays, and write their hits to ``now``.
+        """
         single = self._single_traversal()
         single_rays, single_buffers = self.keep("single rays", lambda: (
             rays.like(rays.size),

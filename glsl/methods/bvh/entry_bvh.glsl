@@ -21,7 +21,7 @@ void walk(Tile_beam beam, ivec2 tile) {
 #endif
     int node = node_count > 0 ? root : -1;
     int end = -1;
-    bool begins = false;   // whether `node` is a subtree's root; the subtree ends at its escape index
+    bool begins = false;   // whether `node` is a subtree's root, whose escape index ends the subtree
     int above = 0;
 #ifdef UPPER
     node = -1;

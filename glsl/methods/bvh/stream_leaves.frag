@@ -1,5 +1,6 @@
 #version 330 core
-// Tests all triangles of a leaf for one element of a ray stream. One pass suffices: builders limit leaves.
+// Tests all triangles of a leaf for one element of a ray stream. One pass suffices, because builders limit
+// the number of triangles in a leaf.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

@@ -7,11 +7,11 @@
 // ancestor that has a next sibling.
 //
 // Departures: an image need not be square or a power of two; nodes outside the image do not exist. Several
-// charts form a forest in one pair of textures: the miss link of each root leads to the next root. One pass
-// traces all charts; in the paper, one image. The option `level` stops a ray at the quads of a
-// coarser level. The triangles of a mesh that is not an image are laid out along a Morton curve, one per
-// cell. With FRONT_TO_BACK, the links, but not the boxes, are stored eight times, once for each direction
-// octant, so that the nearer child comes first.
+// charts form a forest in one pair of textures: the miss link of each root leads to the next root. So one
+// pass traces all charts; a pass of the paper traces one image. The option `level` stops a ray at the quads
+// of a coarser level. The triangles of a mesh that is not an image are laid out along a Morton curve, one
+// per cell. With FRONT_TO_BACK, the links, but not the boxes, are stored eight times, once for each
+// direction octant, so that the nearer child comes first.
 
 #include "core/octant.glsl"
 

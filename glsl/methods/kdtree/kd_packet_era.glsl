@@ -119,7 +119,7 @@ void push(Packet_rays rays, inout State state, inout Hit hit) {
     state.t_max_0 = state.t_far;
 }
 
-// Test a triangle as core/moller_trumbore.glsl does (Moeller and Trumbore 1997). Waiting rays miss it.
+// Test a triangle with all rays, waiting rays too (Moeller and Trumbore 1997; core/moller_trumbore.glsl).
 void intersect(Packet_rays rays, inout State state, inout Hit hit) {
     float i = reference_triangle(state.cursor);
     vec3 v0 = triangle_v0(i);

@@ -8,7 +8,7 @@
 // that meet the same leaf then usually share the leaf's fetch and tests.
 //
 // Departure: only rays whose directions have equal signs share a walk, which is called a turn
-// (drivers/packet_turns.glsl), so that all rays of a turn can leave a box by the same three faces. An
+// (drivers/packet_turns.glsl). So all rays of a turn can leave a box only by the same three faces. An
 // option chooses the file behind <triangle_tests> (drivers/triangle_by_ray.glsl or triangle_by_axes.glsl).
 
 #define PRESENT(r) (ray_node[r] == node)

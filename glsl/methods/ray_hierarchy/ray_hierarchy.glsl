@@ -24,10 +24,10 @@ Cone cone_of_ray(vec3 origin, vec3 direction, float t_min, float t_end) {
     return Cone(unit * origin, 0.0, direction / size, t_min < 0.0 ? 2.0 : UNIT_ERROR, reach);
 }
 
-// The sphere of a parent encloses its children's spheres; its centre is the middle of their common box. The
-// parent's cone encloses its children's directions around their mean axis: |d - axis| <= |d - axis_i| +
-// |axis_i - axis|. Radius and chord are measured from the rounded centre and axis. Differences and lengths
-// have relative errors below 8 U, which WIDENED covers.
+// The parent's sphere encloses the children's spheres. The centre is the middle of the box around these
+// spheres. The parent's cone encloses the children's directions around their mean axis: |d - axis| <=
+// |d - axis_i| + |axis_i - axis|. Radius and chord are measured from the rounded centre and axis.
+// Differences and lengths have relative errors below 8 U, which WIDENED covers.
 Cone cone_over(Cone children[4]) {
     vec3 lo = vec3(3e38), hi = vec3(-3e38), axis = vec3(0.0);
     float reach = -1.0;

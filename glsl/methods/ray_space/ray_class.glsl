@@ -4,8 +4,8 @@
 // position on the face.
 //
 // A ray from outside the scene's box starts where it enters the box. The error of the entry point grows
-// with the distance of the origin. If the error may exceed the margin that the lists allow for it, the ray
-// uses the list of its face, which holds all triangles.
+// with the distance of the origin. If the error may exceed the error margin of the lists, the ray uses the
+// list of its face, which holds all triangles.
 
 uniform int origin_cells;
 uniform int direction_cells;

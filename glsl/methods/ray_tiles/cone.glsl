@@ -6,9 +6,9 @@
 // a ray meets a sphere, the distance of the sphere's centre from the point cone is at most `radius` plus
 // the sphere's own radius. Let v be centre - apex, with parts h and s along and across the axis. The
 // distance from the centre to the cone's side is s cosine - h sine, which is negative inside the cone. For
-// a centre behind the apex, the distance to the cone is |v|. The paper's test is s <= h tan + r / cos, with
-// r for the sum of both radii and |P - H| for s. Multiplied by the cosine, this inequality becomes the test
-// here, which has no pole at a right angle.
+// a centre behind the apex, the distance to the cone is |v|. The paper's test is s <= h tan + r / cos. Here
+// r is the sum of both radii, and the paper writes |P - H| for s. Multiplied by the cosine, the inequality
+// becomes the test of this file, which has no pole at a right angle.
 //
 // Departures: the angle of a cone can reject a triangle only if the cone's cosine is above 0. `reach`
 // rejects spheres beyond the ends of all rays. With `lines` the rays also extend backwards (t_min < 0), and

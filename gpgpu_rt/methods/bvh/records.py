@@ -73,8 +73,8 @@ TALLY = Record("tally", COUNTERS.layout)
 """A ray's counters so far, summed by blending."""
 
 SHARED_WAY_OUT = "after:int"
-"""An additional field: the node at which a ray goes on after the shared subtree that it is in; -1
-outside shared subtrees."""
+"""An additional field. In a shared subtree, it is the node at which a ray goes on after this
+subtree. Outside shared subtrees, it is -1."""
 
 PACKET_SHARED_STATE = replace(PACKET_STATE, layout=f"{PACKET_STATE.layout} {SHARED_WAY_OUT}")
 """A packet's state with shared subtrees: PACKET_STATE and SHARED_WAY_OUT."""

@@ -72,7 +72,8 @@ class _Tables:
     ----------
     left, right, parent : (n,) int32, the children and the parent of each node, or -1
     box : (n, 6) float32, the negated lower corner and the upper corner of each node's box, so that
-        a maximum joins boxes; relative to the scene's centre, in units of the scene's largest side
+        a maximum joins boxes. Coordinates are relative to the scene's centre, in units of the
+        scene's largest side
     area : (n,) float32, half of each box's surface area
     """
 

@@ -22,8 +22,8 @@ from ...errors import LimitError, OptionError
 
 MOST_CELLS_AN_AXIS = 512
 MOST_REFERENCES = 1 << 27           # 0.5 GiB of int32
-# An automatic resolution is halved while the grid holds more references than this number times the
-# number of triangles, plus 4096.
+# An automatic resolution is halved while the grid of n triangles holds more than
+# USUAL_REFERENCES * n + 4096 references.
 USUAL_REFERENCES = 64
 # Smallest side of a cell, in units of the padding. Because of the padding, smaller cells would
 # list many triangles that do not overlap the cell.
@@ -217,7 +217,10 @@ class Shapes:
         return low, np.maximum(high - low + 1, 0)
 
     def overlap(self, triangle: np.ndarray, cell: np.ndarray) -> np.ndarray:
-        """Return (m,) bool, whether triangle[i] overlaps cell[i], (m, 3); their boxes overlap."""
+        """Return (m,) bool, whether triangle[i] overlaps cell[i], (m, 3).
+
+        The box of each triangle must overlap the cell.
+        """
         low, height = self.plane_range(triangle, cell)
         up = cell[np.arange(len(cell)), self.axis[triangle]]
         found = (up >= low) & (up < low + height)

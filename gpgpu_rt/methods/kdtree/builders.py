@@ -76,7 +76,8 @@ def built_kdtree(triangles: np.ndarray, options: Mapping[str, Any]) -> KdTree:
         return build_kdtree_by_passes(open_gpu(options["context"]), triangles, **chosen)
     if "workers" not in chosen:
         return cached(build_kdtree, triangles, **chosen)
-    # The number of workers does not change the tree, so the cache's key does not contain it.
+    # The cache's key does not contain the number of workers, which changes a tree only if a group
+    # of subtrees reaches the limit on references (shevtsov.py).
     parallel = functools.update_wrapper(
         functools.partial(build_kdtree, workers=chosen.pop("workers")), build_kdtree)
     return cached(parallel, triangles, **chosen)

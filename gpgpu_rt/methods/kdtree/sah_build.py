@@ -39,7 +39,8 @@ def build(triangles: np.ndarray, *, split: str = "binned", bins: int = 32,
     max_depth : Largest depth of a leaf; None for 8 + 1.3 log2 n.
     clip : If True, a reference's box bounds the triangle's part in the node. If False, the box is
         the triangle's box, cut to the node.
-    workers : Number of processes that grow subtrees (see `shevtsov`), without effect on the tree.
+    workers : Number of processes that grow subtrees. The tree depends on this number only if a
+        group of subtrees reaches the limit on references (see `shevtsov`).
     """
     refuse_unknown(build, unknown)
     rules = Rules(sah_costs(traversal_cost, intersection_cost, empty_bonus),

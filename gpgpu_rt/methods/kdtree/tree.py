@@ -138,8 +138,9 @@ def join(top: LooseKdTree, groups: list[np.ndarray], subtrees: list[LooseKdTree]
     ----------
     top : the top levels, of n nodes. A child with the number n + k stands for the root of subtree
         k
-    groups, subtrees : a `LooseKdTree` of `subtrees` holds several subtrees; its first nodes are
-        their roots. The array of `groups` at the same index has the numbers k of these subtrees
+    groups, subtrees : an element of `subtrees` holds several subtrees, whose roots are the first
+        nodes of the element. The element of `groups` at the same index has the numbers k of these
+        subtrees
     """
     nodes_above = len(top.axis)
     parts, numbers = [top], [np.arange(nodes_above)]

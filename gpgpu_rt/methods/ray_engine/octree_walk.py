@@ -13,10 +13,10 @@ from .octree import Octree
 class OctreeWalk(CellWalk):
     """The positions of n rays in an octree, with the attributes of ``CellWalk``.
 
-    The octree's smallest cells are called finest cells. A ray leaves a cell through a face, and
-    its exit point gives a finest cell behind the face. Along the face's two axes, this finest cell
-    is clamped to the old cell, so that rounding never skips a cell. A descent from the root then
-    finds the cell that contains the finest cell.
+    The cells of the deepest possible level are called finest cells. A ray leaves a cell through a
+    face. The exit point gives a finest cell behind this face. Along the face's two axes, the
+    finest cell is clamped to the old cell, so that rounding never skips a cell. A descent from the
+    root then finds the octree's cell that contains the finest cell.
     """
 
     grid: Octree

@@ -30,10 +30,11 @@ class RayHierarchy(MethodDriver):
 
     Before each batch of triangles, the hierarchy is rebuilt over the rays, which end at their
     nearest hits so far. The first batches are small, because their hits shorten the rays for the
-    later batches. A batch begins with all pairs of one of its triangles and a node of the top
-    level. A pass tests the triangles of up to ``stream_size`` pairs against the four children of
-    their nodes. A child that passes forms a new pair. The new pairs descend to the rays before the
-    next ``stream_size`` pairs are tested. So no stream is longer than four times ``stream_size``.
+    later batches. A batch begins with all pairs of a triangle of the batch and a node of the top
+    level. A pass reads up to ``stream_size`` pairs, and tests each pair's triangle against the
+    four children of the pair's node. A child that passes the test forms a new pair. The new pairs
+    descend to the rays before the next ``stream_size`` pairs are tested. So no stream is longer
+    than four times ``stream_size``.
     """
 
     def __init__(self, setup: Setup) -> None:

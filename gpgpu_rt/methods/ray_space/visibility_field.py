@@ -3,7 +3,8 @@
 J. Mortensen, P. Khanna, I. Yu, M. Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
 Table 1). Three faces of the direction cube (frames.py) hold half of all directions, divided into
 cells. Each cell has a plane through the scene's centre, perpendicular to the face's axis, with a
-grid of tiles. A beam contains the lines with a direction in one cell that cross one of its tiles.
+grid of tiles. A beam contains all lines that have a direction in a cell and cross a tile of this
+cell.
 
 In the paper, a beam lists the triangles that its central direction hits. Here, a beam lists all
 triangles that any line of the beam may hit.

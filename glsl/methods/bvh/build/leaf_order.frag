@@ -1,6 +1,6 @@
 #version 330 core
-// Sorts each leaf's triangles by index: a triangle goes to the leaf's slot k if k of these triangles have a
-// lower index.
+// Sorts each leaf's triangles by index. A leaf is a run of slots (positions in the order of the triangles).
+// A triangle goes to slot k of its leaf if k triangles of the leaf have a lower index.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// Computes the bins of each slot's triangle along the three axes. The bins of a node have equal widths and
-// cover the range of its triangles' box centres. Channel w holds the node's rank among the large nodes
-// (large.glsl), or -1 if the node is not large.
+// Computes the bins of the triangle in each slot (position in the order of the triangles), along the three
+// axes. The bins of a node have equal widths and cover the range of its triangles' box centres. Channel w
+// holds the node's rank among the large nodes (large.glsl), or -1 if the node is not large.
 
 #include <records>
 #include "core/stream.glsl"

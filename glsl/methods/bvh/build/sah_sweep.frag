@@ -1,7 +1,8 @@
 #version 330 core
 // Tries the splits of small nodes (at most SMALL triangles). Each slot (place in the triangle order)
-// offers one split per axis: all triangles whose box centres do not lie behind the centre of the slot's
-// triangle go left. Writes the cost, the axis and the number of left triangles of the cheapest split.
+// offers one split per axis, with the slot's triangle as the last triangle on the left side. The triangles
+// are ordered by their box centres along the axis, and by slot if centres are equal. Writes the cost, the
+// axis and the number of left triangles of the cheapest split.
 
 #include <records>
 #include "core/stream.glsl"

@@ -2,7 +2,7 @@
 // Splits a node in the upper levels of a hybrid kd-tree. The node holds the cells whose Morton codes share
 // a prefix. A plane of the cells' lattice halves the node, along x, y and z in turn by level. Costs are
 // ignored (C. Lauterbach et al. 2009; the survey's section 5 proposes this method for the kd-tree). A node
-// without pieces becomes a leaf.
+// without pieces (zhou.glsl) becomes a leaf.
 
 #include <records>
 #include "core/stream.glsl"

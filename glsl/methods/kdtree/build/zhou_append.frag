@@ -1,5 +1,5 @@
 #version 330 core
-// Appends a list of pieces to the `offset` pieces of earlier lists.
+// Appends a list of pieces (zhou.glsl) to the `offset` pieces of earlier lists.
 
 #include <records>
 #include "core/stream.glsl"

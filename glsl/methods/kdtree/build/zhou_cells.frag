@@ -1,7 +1,7 @@
 #version 330 core
 // Writes the children of a level's nodes as cells. Cells 2 * k and 2 * k + 1 are children of the level's
-// k-th inner node. `futile` counts the consecutive levels whose planes separated no pieces. With PREFIXES
-// (hybrid build), `futile` is the common prefix of the Morton codes in the node.
+// k-th inner node. `futile` counts the consecutive levels whose planes separated no pieces (zhou.glsl).
+// With PREFIXES (hybrid build), `futile` is the common prefix of the Morton codes in the node.
 
 #include <records>
 #include "core/stream.glsl"

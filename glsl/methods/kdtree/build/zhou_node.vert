@@ -1,6 +1,6 @@
 #version 330 core
 // Sends each node to its place in the finished tree. A small root (a small node whose parent is large) is
-// in the lists of large and of small nodes; only the pass without LARGE, over the small nodes, sends it.
+// in the lists of large and of small nodes. Only the pass over the small nodes (without LARGE) sends it.
 
 #include <sources>
 #include "core/fetch.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Writes two flags per piece (zhou.glsl): whether a part of it lies left, and right, of the node's plane.
+// Flags each piece (zhou.glsl) twice: if a part lies left of the node's plane, and if a part lies right.
 
 #include <records>
 #include "core/stream.glsl"

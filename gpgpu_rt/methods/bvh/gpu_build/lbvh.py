@@ -79,7 +79,8 @@ def radix_nodes(room: StreamRoom, keys: Stream, max_leaf: int = 1,
 
     Returns
     -------
-    gaps : for each gap between slots, the INTERVAL of its node; `turns` count from the root
+    gaps : for each gap between slots, the INTERVAL of its node; ``turns`` counts ancestors up to
+        the root
     leaves : for each slot, the INTERVAL of the leaf that begins there, if any
     sums : for each slot, the number of leaves that begin before the slot (a scan of flags)
     """

@@ -34,7 +34,8 @@ class SmallLevel:
 
 def grow_small(room: StreamRoom, large: LargeNodes, pieces: Stream,
                rules: ZhouRules) -> list[SmallLevel]:
-    """Split small nodes and their descendants while this lowers the cost, to the depth limit."""
+    """Split small nodes and their descendants, as long as a split lowers the cost and the depth
+    limit allows it."""
     if not large.roots:
         return []
     nodes = room.stream(SMALL_NODE, large.roots)
