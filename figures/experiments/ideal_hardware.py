@@ -1,8 +1,9 @@
 """Ideal hardware: a cost model of hardware for rays (survey, sections 4.4 and 5).
 
-It computes how long the counted steps and tests of rays take on three kinds of machines. The first
-is a graphics card, alone or with triangle or traversal units. The second are the prototypes RPU
-and SaarCOR, which have traversal units. The third is the Cell, which has explicit transfers.
+The model computes how long the counted steps and tests of rays take on three kinds of machines.
+The first is a graphics card, alone or with triangle or traversal units. The second kind are the
+prototypes RPU and SaarCOR with their traversal units. The third is the Cell with its explicit
+transfers.
 """
 from __future__ import annotations
 

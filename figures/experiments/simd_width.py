@@ -40,8 +40,8 @@ def cells(full: bool) -> list[Cell]:
 
 
 def lanes(one: dict[str, Any], width: int) -> int:
-    """Return a sum over all runs of kernels that visit nodes or test triangles: the lanes of the
-    group that runs the kernel, working or waiting."""
+    """Return the number of lanes, summed over all runs of kernels that visit nodes or test
+    triangles. A run counts all lanes of its group, working or waiting."""
     return sum(count for kernel, count in one["lanes"][str(width)].items() if kernel not in WITHIN)
 
 

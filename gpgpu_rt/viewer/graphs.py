@@ -14,8 +14,8 @@ HEIGHT = 40      # height of a graph, pixels
 TIPS = {"ms": "milliseconds that each of the last pictures took",
         "rays": "millions of rays traced in a second, for the last pictures",
         "passes": "number of passes of each of the last pictures",
-        "live": "rays that have not ended, at each count; counted only under the schedules step "
-                "and kernels"}
+        "live": "number of live rays (rays that have not ended), each time the schedule counts "
+                "them; only step and kernels count them"}
 
 
 def draw_graphs(viewer: Viewer) -> None:

@@ -192,8 +192,8 @@ class Link:
     def has_mouse(self) -> bool:
         return bool(self.io.want_capture_mouse)
 
-    # The following properties are valid only after `begin`. There, ImGui processes clicks and keys
-    # in order, so a key goes to the panel that an earlier click has opened.
+    # The following properties are valid only after `begin`. In `begin`, ImGui processes clicks and
+    # keys in order, so a key goes to the panel that an earlier click has opened.
 
     @property
     def has_keys(self) -> bool:
