@@ -1,9 +1,8 @@
 """Ideal hardware: a cost model of hardware for rays (survey, sections 4.4 and 5).
 
 The model computes how long the counted steps and tests of rays take on three kinds of machines.
-The first is a graphics card, alone or with triangle or traversal units. The second kind are the
-prototypes RPU and SaarCOR with their traversal units. The third is the Cell with its explicit
-transfers.
+They are a graphics card, alone or with triangle or traversal units; the prototypes RPU and
+SaarCOR, which have traversal units; and the Cell, which has explicit transfers.
 """
 from __future__ import annotations
 

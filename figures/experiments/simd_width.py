@@ -1,4 +1,4 @@
-"""SIMD width (survey, section 4.3): how long rays that branch together wait for each other."""
+"""SIMD width (survey, section 4.3): how long rays wait for each other if they branch together."""
 from __future__ import annotations
 
 from pathlib import Path

@@ -12,7 +12,8 @@ ON_CPU = "embreex"
 # Comparisons with the papers use this triangle test, which was usual in the papers' time. The
 # default watertight test dates from 2013.
 PERIOD_TEST = ("intersection", "moller-trumbore")
-# The `work` of a cell that counts issues (hardware/image_issues.py): "issues of RAYS on CHIP".
+# The `work` of a cell that counts how often a card issues kernels (hardware/image_issues.py):
+# "issues of RAYS on CHIP".
 ISSUES, ON_CHIP = "issues of ", " on "
 
 

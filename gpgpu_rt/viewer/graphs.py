@@ -19,8 +19,8 @@ TIPS = {"ms": "milliseconds that each of the last pictures took",
 
 
 def draw_graphs(viewer: Viewer) -> None:
-    """Draw graphs of the last pictures. For a journey (journey.py), draw only the live rays,
-    because a journey's times include the storing of states."""
+    """Draw graphs of the last pictures. In the mode "passes", draw only the live rays of the
+    journey (journey.py), because a journey's times include the storing of states."""
     history, journey = list(viewer.history), viewer.journey
     if viewer.mode == "passes":
         if journey is not None:

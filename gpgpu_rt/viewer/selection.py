@@ -75,7 +75,7 @@ class Selection:
 
     def known(self) -> tuple[Option, ...]:
         """Return the options that the panels offer, the method's own first. For ``schedule``,
-        they offer only the schedules that the other options allow."""
+        the panels offer only the schedules that the other options allow."""
         return tuple(self._narrowed(option) for option in self.row.options + TRACER_OPTIONS
                      if option.name not in DECIDED)
 

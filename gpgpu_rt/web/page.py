@@ -103,8 +103,8 @@ def page_text(scene: Scene, methods: list[WebMethod], tables: PageData, title: s
 
 
 def _opening(methods: list[WebMethod]) -> str:
-    """Return the method of the first picture. All rays of brute force end together, so its search
-    shows nothing: another method is preferred."""
+    """Return the method of the first picture, if possible not brute force: its rays all end
+    together, so the search shows nothing."""
     return next((one.name for one in methods if one.name != "brute-force"), methods[0].name)
 
 

@@ -1,7 +1,7 @@
 // Draws the passes of a schedule in order, and repeats its cycles until no ray is alive. A cycle consists of turns.
 // After each turn, the states and hits are complete (gpgpu_rt/web/described.py).
 
-// Number of turns between two counts of the live rays; half as many with several cycles.
+// Number of turns between two counts of the live rays; with several cycles, half of this number.
 const CHECKED = 16;
 const MOST_TURNS = 60000;   // a search that takes more turns is stopped
 const MOST_RECTANGLES = 1 << 14;
