@@ -23,8 +23,8 @@ QUANTITIES = (("leaves", "leaves", 1, "leaves"),
               ("bytes", "kd-tree size", 2 ** 20, "MiB"),
               ("bytes_ropes", "kd-tree size with ropes", 2 ** 20, "MiB with ropes"),
               ("overhead", "rope overhead", 1, "overhead"))
-# Scene -> depth limit that gives about as many leaves as in the paper. Other scenes have the default
-# limit.
+# Scene -> depth limit that gives about as many leaves as in the paper. Other scenes have the
+# default limit.
 DEPTH = {"conference": 34}
 # The lowest and highest published overhead, and the relative tolerance for the measured overheads.
 LOWEST, HIGHEST, SLACK = 3.06, 3.30, 0.1
