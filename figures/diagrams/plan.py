@@ -157,6 +157,6 @@ def draw_tree(axis: Any, small: World, shaded: Mapping[int, str] | None = None,
 
 
 def label(axis: Any, at: Any, text: str, **more: Any) -> None:
-    """Write a text with a white halo, which covers lines behind it."""
+    """Write a text. Its white halo covers the lines behind the text."""
     axis.text(*at, text, **{"ha": "center", "va": "center", "fontsize": 9, "zorder": 5,
                             "path_effects": _HALO, **more})

@@ -134,8 +134,9 @@ def measure(name: str, method: str, options: dict[str, Any], size: int, runs: in
 def left_out(scene: rt.Scene, seen: Visible, size: int) -> np.ndarray:
     """Return the pixels that the comparison leaves out, (size, size) bool.
 
-    These are the pixels of lamps, of the background and of edges, and the neighbours of such
-    pixels. There the path tracer averages over the pixel, but bundles gather at a few places.
+    These are the pixels of lamps, of the background and of edges, and all neighbours of these
+    pixels. In these pixels, the path tracer averages over the whole pixel, but bundles gather
+    at only a few places.
     """
     emits = np.array([m.emits for m in scene.materials])[scene.material_of]
     rest = (emits[seen.hits.triangle] | ~seen.hits.hit).reshape(FINER * size, -1, 1)

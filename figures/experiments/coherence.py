@@ -18,7 +18,8 @@ TILE = 64    # rays in a tile
 
 def needed_nodes(bvh: Bvh, origins: np.ndarray, directions: np.ndarray,
                  t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Find the nodes whose boxes each ray meets before its hit. A traversal must visit them.
+    """Find the nodes whose boxes each ray meets before its hit. A traversal must visit these
+    nodes.
 
     Parameters
     ----------

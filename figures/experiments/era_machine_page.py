@@ -48,8 +48,8 @@ a bar (a target below), the page cannot say which cause is to blame.
 The first form of a figure's programs is scored. Most papers do not publish the order of their
 loops, so the choice of the form is an assumption too; the table also lists the other forms. In
 `step` the program is a loop, and an iteration runs one step of each ray. In `while-while` the loop
-has an inner loop for each kernel. In `step, 256 pixels` fewer pixels branch together on NV40, as
-many as on its successor: a program that needs many registers probably has fewer pixels in flight.
+has an inner loop for each kernel. In `step, 256 pixels` only about 256 pixels branch together on
+NV40, as on its successor: a program that needs many registers probably has fewer pixels in flight.
 In `while-while, uncoalesced` each lane of G80 loads nodes and triangles in a memory transaction of
 its own. These loads bypass the texture cache. In `passes` each pass runs one kernel, and the early
 depth test rejects each quad of pixels without a waiting ray. In `passes, blocks` the early depth
@@ -65,7 +65,7 @@ views. Cornell University's data and BART's files publish a view. Our images of 
 and robots have these views; their lights are chosen here. So shadow rays, and the whole images of
 Figure 20, do not count as rays of a published view. The views of bunny and conference are
 chosen here, and our conference room is another edition. A published time of brute force is too
-short if the card can issue fewer instructions in it, for each test, than three dot products take.
+short if the card cannot issue three dot products for each triangle test within this time.
 All eye rays start at the same point, so a part of the test can be computed once for each triangle.
 Even then a test needs three dot products.
 """
@@ -170,8 +170,8 @@ def _sizes(found: Sequence[PredictedRow]) -> str:
 
 
 def _view(row: PredictedRow) -> str:
-    """Return whether the view is published, and whether the rays also need a light, which is
-    always chosen here."""
+    """Return words for the view: chosen here, published, or published with a light that is chosen
+    here."""
     if row.panel.scene not in VIEWS:
         return "chosen"
     return "published" if row.published_view else "published; light chosen"

@@ -14,8 +14,8 @@ import gpgpu_rt as rt
 from gpgpu_rt.scene.animation import animation_names
 from gpgpu_rt.workers.machine import alone
 
-# The cameras of the measurements in docs/moving-and-large.md. The animations' own cameras, which
-# pictures use, are further away.
+# The cameras of the measurements in docs/moving-and-large.md. Pictures use the animations' own
+# cameras, which are farther from the scene.
 CAMERAS = {"cloth": rt.Camera((-1.9, 1.7, 2.6), (0.0, -0.1, 0.1), fov=40),
            "walker": rt.Camera((-5.4, 5.0, 8.6), (0.0, 0.8, 0.2), fov=40)}
 FIRST = {"kitchen-moving": 250}     # the first measured frame, if motion begins late; default 0
@@ -75,7 +75,8 @@ def _moves(tracer: rt.Tracer, first: np.ndarray, vertices: list[np.ndarray],
     """At each ``next``, move the tracer's triangles, to ``first`` and then to each of
     ``vertices``.
 
-    Unless ``ahead``, the triangles must already be at ``first``.
+    Without ``ahead``, the first ``next`` moves nothing, so the triangles must already be at
+    ``first``.
     """
     if ahead:
         yield from tracer.updates([first, *vertices])

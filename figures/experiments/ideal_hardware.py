@@ -1,8 +1,8 @@
 """Ideal hardware: a cost model of hardware for rays (survey, sections 4.4 and 5).
 
-It computes how long the counted steps and tests of rays take on three kinds of machines. The first
-is a graphics card, alone or with triangle or traversal units. The second are the prototypes RPU
-and SaarCOR, which have traversal units. The third is the Cell, which has explicit transfers.
+The model computes how long the counted steps and tests of rays take on three kinds of machines.
+They are a graphics card, alone or with triangle or traversal units; the prototypes RPU and
+SaarCOR, which have traversal units; and the Cell, which has explicit transfers.
 """
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """First hits from the rasteriser (survey, section 5), compared with traced hits.
 
 "rasterised" hits are proved to be the traced hits. A "verified" hit is a hit of its ray, but
-perhaps not the nearest. The figure shows the cost of the proof, and the errors without it.
+perhaps not the nearest. The figure shows the cost of the proof, and the errors without a proof.
 """
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""SIMD width (survey, section 4.3): how long rays that branch together wait for each other."""
+"""SIMD width (survey, section 4.3): how long rays wait for each other if they branch together."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -40,8 +40,8 @@ def cells(full: bool) -> list[Cell]:
 
 
 def lanes(one: dict[str, Any], width: int) -> int:
-    """Return a sum over all runs of kernels that visit nodes or test triangles: the lanes of the
-    group that runs the kernel, working or waiting."""
+    """Return the number of lanes, summed over all runs of kernels that visit nodes or test
+    triangles. A run counts all lanes of its group, working or waiting."""
     return sum(count for kernel, count in one["lanes"][str(width)].items() if kernel not in WITHIN)
 
 

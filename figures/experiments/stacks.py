@@ -39,7 +39,8 @@ def _bytes(fields: Iterable[Field], names: Iterable[str] | None = None) -> int:
 
 # A BVH's stack stores only nodes; a kd-tree's stack also stores where the interval ends.
 NODE, KD_ENTRY = _bytes(STACK_ENTRY.fields, ["node"]), _bytes(STACK_ENTRY.fields)
-# `state_bytes` counts only these fields of a packet's state, which a packet needs within a pass.
+# The fields of a packet's state that the packet needs within a pass. `state_bytes` counts no other
+# fields of this state.
 LOCAL = ("node", "cursor", "stacked")
 # Label -> method, options, bytes of a stack entry, and number of entries (None: as many as the
 # tree requires).

@@ -17,8 +17,8 @@ from ..framework.works import picture_size
 
 SCENES = ("bunny", "cornell")
 # At the quick size, only these methods are measured with all options. Most other methods are
-# measured in fp32 and fp16, and packets in fp32 only: the results of packets equal those of single
-# rays, and programs for packets take seconds to compile.
+# measured in fp32 and fp16. Packets are measured in fp32 only, because their results equal the
+# results of single rays, and their programs take seconds to compile.
 DETAIL = ("kd-restart", "bvh-threaded")
 # These methods get a quarter of the rays, like methods without the schedule `loop`. On the bunny
 # they are measured with their defaults only, because every other precision takes minutes.
@@ -75,7 +75,10 @@ def cells(full: bool) -> list[Cell]:
 
 
 def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
-    """Return the indices of (rate, error) points that no other beats in both, fastest first."""
+    """Return the indices of (rate, error) points that no other point beats in both numbers.
+
+    The indices are in order of the rate, the fastest first.
+    """
     order = sorted(range(len(points)), key=lambda i: (-points[i][0], points[i][1]))
     kept: list[int] = []
     for i in order:

@@ -65,8 +65,8 @@ FIGURES = {
 def figure_of(name: str) -> Any:
     """Return FIGURE of the figure's module, a `Comparison`. Without FIGURE, return the module.
 
-    Both have ``cells(full)`` and ``draw(data, out, full)``, which writes out/NAME.csv, .md and
-    .png.
+    The result has ``cells(full)`` and ``draw(data, out, full)``. ``draw`` writes out/NAME.csv, .md
+    and .png.
     """
     folder = survey if of_survey(name) else experiments
     found = next(module.name for module in iter_modules(folder.__path__)

@@ -6,13 +6,14 @@ from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE
 
-# The method of cells that embreex traces on the CPU. Their option `threads` is the number of
-# threads.
+# The name of the method in cells that embreex traces on the CPU. In these cells, the option
+# `threads` is the number of threads.
 ON_CPU = "embreex"
 # Comparisons with the papers use this triangle test, which was usual in the papers' time. The
 # default watertight test dates from 2013.
 PERIOD_TEST = ("intersection", "moller-trumbore")
-# The `work` of a cell that counts issues (hardware/image_issues.py): "issues of RAYS on CHIP".
+# The `work` of a cell that counts how often a card issues kernels (hardware/image_issues.py):
+# "issues of RAYS on CHIP".
 ISSUES, ON_CHIP = "issues of ", " on "
 
 

@@ -225,7 +225,8 @@ class Comparison:
     def _explained(self, panel: Panel, results: Results) -> list[str]:
         """Return a sentence for each pair of methods whose order differs from the published order.
 
-        Each gives both methods' counters. The pair with the largest published ratio is first.
+        Each sentence gives the counters of both methods. The pair with the largest published
+        ratio is first.
         """
         pairs = []
         ordered = self._ordered(panel, results)

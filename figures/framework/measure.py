@@ -34,9 +34,9 @@ def measure(cells: Iterable[Cell], data: Path, again: bool = False,
     """Measure every unfinished cell, and write each result at once.
 
     An interrupt loses only the cells in progress. If ``workers`` are given, they measure all
-    cells. Otherwise this process measures the timed cells. On each other core, a further process
-    measures untimed cells; this process helps while it times nothing. If there are few untimed
-    cells, this process measures all cells.
+    cells. Otherwise this process measures the timed cells, and a worker process on each of the
+    remaining cores measures untimed cells. While this process times nothing, it also measures
+    untimed cells. If there are few untimed cells, this process measures all cells.
     """
     data.mkdir(parents=True, exist_ok=True)
     todo = [cell for cell in dict.fromkeys(cells) if again or read(cell, data) is None]

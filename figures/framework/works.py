@@ -1,7 +1,8 @@
 """Works: lists the kinds of measurement, with a row for each kind.
 
-If the string `work` of a cell (cell.py) begins with the name of a row, the rest names a workload
-or a variant. Otherwise `work` is the name of a workload, whose rays are traced and timed.
+If the string `work` of a cell (cell.py) begins with the name of a row, the rest of the string
+names a workload or a variant. Otherwise `work` is the name of a workload, whose rays are traced
+and timed.
 """
 from __future__ import annotations
 

@@ -45,8 +45,8 @@ class PipelineDraw:
     primitives : number of triangles that the rasteriser received.
     fragments : number of fragments that the framebuffer received.
     textures : the sampled textures, name -> (width, height, channels, type).
-    by_fragments : the textures that the fragment program samples: those that the vertex program's
-        text does not declare.
+    by_fragments : the textures that the vertex program's text does not declare. So the fragment
+        program samples them.
     targets : the render targets, (width, height, channels, type) each.
     """
 

@@ -15,14 +15,15 @@ SETTINGS: tuple[tuple[tuple[str, object], ...], ...] = (
     (("push_down", False), ("stack_size", 0)), (("push_down", True), ("stack_size", 0)),
     (("push_down", True), ("stack_size", 3)))
 # The published rows improve kd-restart, which visits empty leaves, so the packets in these rows
-# visit empty leaves too. The row SKIPPING is ours: as SHORT_STACK, but packets skip empty leaves.
+# visit empty leaves too. The row SKIPPING is our own. It differs from SHORT_STACK in that packets
+# skip empty leaves.
 VISITED = (("skip_empty_leaves", False),)
 SKIPPING = "+ empty leaves skipped"
 
 
 def size(scene: str, full: bool) -> int:
-    """Return the pixels per side: at full size the published number, else fewer pixels, for runs
-    of a few milliseconds."""
+    """Return the pixels per side: the published number at full size, and a smaller number at the
+    quick size."""
     return 1024 if full else 512 if scene == "cornell" else 256
 
 

@@ -23,7 +23,8 @@ QUANTITIES = (("leaves", "leaves", 1, "leaves"),
               ("bytes", "kd-tree size", 2 ** 20, "MiB"),
               ("bytes_ropes", "kd-tree size with ropes", 2 ** 20, "MiB with ropes"),
               ("overhead", "rope overhead", 1, "overhead"))
-# Scene -> depth limit that gives about as many leaves as in the paper; default for others.
+# Scene -> depth limit that gives about as many leaves as in the paper. Other scenes have the
+# default limit.
 DEPTH = {"conference": 34}
 # The lowest and highest published overhead, and the relative tolerance for the measured overheads.
 LOWEST, HIGHEST, SLACK = 3.06, 3.30, 0.1
@@ -96,8 +97,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "# Figure 17: what ropes add to a kd-tree (Popov et al. 2007)\n",
         f"Bytes are counted as in the paper's records: {NODE_BYTES} per node, {REFERENCE_BYTES} "
         "per reference, and 48 per leaf for six ropes and a box. The paper's table has a column "
-        "\"references\" but does not say what the number counts. The sizes of the table are right "
-        "if it counts references per leaf that is not empty, so this table does the same. The "
+        "\"references\" but does not say what the number counts. The sizes in the paper's table "
+        "are right if the number counts references per leaf that is not empty. Our table "
+        "therefore counts such references. The "
         "survey says that each node has six ropes, but the sizes are right "
         "only if inner nodes have none. The paper does not print the depths of its trees. "
         + " ".join(f"For the mesh of {scene} the depth {depth} was chosen so that the tree has "

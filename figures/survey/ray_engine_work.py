@@ -1,6 +1,6 @@
 """Ray Engine work: counts the work of Carr et al.'s Ray Engine on a card, and predicts the time.
 
-A cell (framework/cell.py) counts this if its field ``work`` is WORK + the name of a workload.
+A cell (framework/cell.py) is such a count if its field ``work`` is WORK + the name of a workload.
 The host collects pairs of a ray and a triangle, and the card tests each pair. Only the card's time
 is predicted.
 """

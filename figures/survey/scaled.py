@@ -1,7 +1,7 @@
 """Scaled: scales published rates to one card, as the survey scaled them for Figure 26.
 
 The survey scaled each paper's rate "based on the bottleneck", to a GeForce 8800 and to 10,000
-triangles, but it does not print the bottlenecks and the original rates. Here each rate that the
+triangles. The figure shows neither the bottlenecks nor the original rates. Here each rate that the
 survey prints elsewhere is scaled twice, by arithmetic and by bandwidth. The rate at 10,000
 triangles is interpolated between two scenes (`at_triangles`).
 """

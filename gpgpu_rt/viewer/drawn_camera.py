@@ -14,8 +14,8 @@ import numpy as np
 from ..errors import SceneError
 from ..scene.camera import Camera
 
-# Rounding moves projections by less than this share of a pixel, for points between NEAREST and 1
-# times the target's distance.
+# Rounding a camera moves the projection of a point by less than this share of a pixel, if the
+# point's depth lies between NEAREST and 1 times the target's distance.
 PIXEL_SHARE = 0.1
 NEAREST = 0.25
 # (part of the camera, share), in the order of rounding. Rounding a row's part and all earlier
@@ -39,8 +39,8 @@ def fitted(camera: Camera, size: tuple[int, int]) -> Camera:
 def shift(exact: Camera, other: Camera, size: tuple[int, int]) -> float:
     """Return the largest distance in pixels between the projections of a point by two cameras.
 
-    The points lie on the rays of ``exact`` through the picture's corners, edge middles and centre,
-    at NEAREST and 1 times the distance of the target.
+    The points lie on the rays of ``exact`` through the picture's corners, edge middles and centre.
+    Their depths are NEAREST and 1 times the distance of the target.
     """
     right, up, forward = exact.basis(size)
     places = np.stack(np.meshgrid([-1.0, 0.0, 1.0], [-1.0, 0.0, 1.0]), axis=-1).reshape(-1, 2)

@@ -14,13 +14,13 @@ HEIGHT = 40      # height of a graph, pixels
 TIPS = {"ms": "milliseconds that each of the last pictures took",
         "rays": "millions of rays traced in a second, for the last pictures",
         "passes": "number of passes of each of the last pictures",
-        "live": "rays that have not ended, at each count; counted only under the schedules step "
-                "and kernels"}
+        "live": "number of live rays (rays that have not ended), each time the schedule counts "
+                "them; only step and kernels count them"}
 
 
 def draw_graphs(viewer: Viewer) -> None:
-    """Draw graphs of the last pictures. For a journey (journey.py), draw only the live rays,
-    because a journey's times include the storing of states."""
+    """Draw graphs of the last pictures. In the mode "passes", draw only the live rays of the
+    journey (journey.py), because a journey's times include the storing of states."""
     history, journey = list(viewer.history), viewer.journey
     if viewer.mode == "passes":
         if journey is not None:

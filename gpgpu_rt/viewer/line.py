@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 
 def line_of(viewer: Viewer) -> tuple[str, str]:
-    """Return the shell command that makes the shown picture and a note about its result; or "" and
-    the reason why no command makes the picture."""
+    """Return the shell command that makes the shown picture, and a note about what it draws or
+    writes. If no command makes the picture, return "" and the reason."""
     if viewer.mode == "picture":
         return (viewer.selection.line(viewer.view, viewer.size, f"{viewer.scene.name}.png",
                                       viewer.scene.camera),

@@ -1,7 +1,7 @@
 """The link between Dear ImGui and a moderngl window.
 
-moderngl-window's own link supports only ImGui before 1.92, whose renderer created all textures at
-the start. Since 1.92, ImGui asks its renderer to create and to update textures at any time.
+moderngl-window's own link supports only ImGui before 1.92: all textures are created at the start.
+Since 1.92, ImGui asks its renderer to create and to update textures at any time.
 """
 from __future__ import annotations
 
@@ -192,8 +192,8 @@ class Link:
     def has_mouse(self) -> bool:
         return bool(self.io.want_capture_mouse)
 
-    # The following properties are valid only after `begin`. There, ImGui processes clicks and keys
-    # in order, so a key goes to the panel that an earlier click has opened.
+    # The following properties are valid only after `begin`. In `begin`, ImGui processes clicks and
+    # keys in order, so a key goes to the panel that an earlier click has opened.
 
     @property
     def has_keys(self) -> bool:

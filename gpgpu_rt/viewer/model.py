@@ -237,7 +237,7 @@ class Viewer:
 
     @property
     def held_back(self) -> float | None:
-        """The estimated seconds of the finest picture if `insist` must request it, else None."""
+        """The estimated seconds of the finest picture, if only `insist` draws it; else None."""
         if self.mode == "passes" or self.divisor in (None, 1) or not self.finished:
             return None
         estimate = self.pace.estimate(1)

@@ -13,7 +13,7 @@ from ..disk.files import check_writable, replacing
 if TYPE_CHECKING:
     from .model import Viewer
 
-KEY = "gpgpu-rt"    # name of the PNG's text with the settings
+KEY = "gpgpu-rt"    # name of the PNG's text chunk that holds the settings
 
 
 def free_name(folder: Path, stem: str) -> Path:

@@ -28,7 +28,7 @@ def option_words(options: Mapping[str, Any], known: tuple[Option, ...]) -> list[
     words = []
     for name, value in options.items():
         text = word(value)
-        # `word` writes 4x2 for a tuple among an option's choices. Write all other tuples as x,y,z.
+        # `word` writes a tuple as 4x2, which is right only for a choice. Write others as x,y,z.
         if table[name].choices is None and isinstance(value, tuple):
             text = ",".join(map(str, value))
         words.append(f"--{name.replace('_', '-')}={text}")
@@ -75,7 +75,7 @@ class Selection:
 
     def known(self) -> tuple[Option, ...]:
         """Return the options that the panels offer, the method's own first. For ``schedule``,
-        they offer only the schedules that the other options allow."""
+        the panels offer only the schedules that the other options allow."""
         return tuple(self._narrowed(option) for option in self.row.options + TRACER_OPTIONS
                      if option.name not in DECIDED)
 

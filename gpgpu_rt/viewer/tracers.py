@@ -18,8 +18,8 @@ PROOF = (8, 8)      # size of the test picture in pixels; this suffices to run e
 class Tracers:
     """The last few tracers of a scene, made at their first use.
 
-    A new tracer draws a test picture. So an error in its programs appears while the viewer still
-    has the previous tracer.
+    A new tracer draws a test picture. So an error in the new tracer's programs appears while the
+    viewer still has the previous tracer.
 
     Attributes
     ----------

@@ -115,8 +115,8 @@ class Window(moderngl_window.WindowConfig):
         self._held: set[int] = set()        # the flight keys that are down
         self._mouse = (0, 0)
         self._press: Press | None = None
-        # Handle dropped files here: moderngl_window reports them only with pyglet, which loses
-        # them on X11.
+        # moderngl_window reports dropped files only with pyglet, and pyglet loses them on X11. So
+        # handle dropped files here.
         glfw.set_drop_callback(self.wnd._window, self._dropped)
         self._last_event = time.perf_counter()
         self._shown = -1            # version of the uploaded picture
@@ -297,7 +297,7 @@ class Window(moderngl_window.WindowConfig):
         """Run the actions of keys that do not go to a panel.
 
         Call this after the frame has begun. In a slow frame, a click into a text field and the
-        typed text arrive together; only after the frame has begun does ImGui know that the text
+        typed text arrive together. Only after the frame has begun does ImGui know that the text
         belongs to the field.
         """
         keys, link, viewer = self.wnd.keys, self.link, self.viewer

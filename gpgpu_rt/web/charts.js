@@ -1,4 +1,4 @@
-// Shows what the passes counted: the rays that are alive after each step, and the scale of the heat map.
+// Shows how many rays are alive after each step, and the scale of the heat map.
 
 // The kernels' colours, which page.py writes into the style. Further kernels have the last colour.
 const KERNEL_COLOURS = [1, 2, 3, 4].map(
@@ -12,7 +12,8 @@ const kernelColour = (phase) => KERNEL_COLOURS[Math.min(phase, KERNEL_COLOURS.le
 
 // Returns `alive`, the numbers of rays (or packets) that are alive after 0, 1, 2, ... steps; `last`, the step after
 // which none is alive; `percentile`, the 99th percentile of the numbers of steps. A ray ends with its last step. A
-// packet's `steps` leave out turns such as a push or pop, so for packets `lives` has the numbers that `trace` counted.
+// packet also has turns that its field `steps` does not count, such as a push or pop. So for packets, `lives` gives the
+// numbers of live packets that `trace` counted.
 function survey(schedule, states, lives = []) {
     const [texel, channel] = field(schedule, "steps"), [width, height] = sizeOf.get(states[texel]);
     const values = readTexture(states[texel], width, height);

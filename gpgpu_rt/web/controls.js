@@ -3,7 +3,8 @@
 const opening = runnable.find(({name}) => name === page.opens) || runnable[0];
 // The page opens a method with the first of these schedules that the method has. `loop` has no steps to show.
 const OPENS = ["step", "kernels", "loop"];
-// `asked`: the schedule that the reader chose. A method without it runs under another schedule, `schedule`.
+// `asked` is the schedule that the reader chose, and `schedule` the schedule in use. They differ if the method does not
+// have the schedule `asked`.
 const chosen = {method: opening, schedule: null, asked: OPENS[0], most: null, heat: false, scale: null,
                 side: opening.test.side, ray: null, camera: page.camera};
 const ANSWER = 40;          // milliseconds that a picture may take while the camera turns
@@ -146,8 +147,8 @@ function quick() {
     return {name: names[names.length - 1], side: SIDES[SIDES.length - 1]};
 }
 
-// Returns what a state's number of steps counts. A step of the slider is a turn (passes.js). In a turn, a packet may
-// also push, pop or leave a leaf, which its number of steps does not count.
+// Returns a noun for what the field `steps` of a state counts. A step of the slider is a turn (passes.js). In a turn, a
+// packet may also push, pop or leave a leaf; its field `steps` does not count such a turn.
 const stepNoun = (drawn) => drawn.packets ? "visits and tests" : "steps";
 
 // The counts of a whole search ------------------------------------------------------------------------------
@@ -180,8 +181,8 @@ function steps() {
     spaceAt();
 }
 
-// Returns the step after which the clicked ray has ended; null if it is unknown. Under kernels, a step of the slider
-// runs one kernel, only for the rays that wait for it, so the slider does not count the ray's steps.
+// Returns the step after which the clicked ray has ended; null if this step is unknown. Under kernels, a step of the
+// slider runs one kernel, only for the rays that wait for it. So the slider does not count the ray's steps.
 function rayEnd() {
     return path && path.states && schedule().cycles.length === 1 ? path.states.length - 1 : null;
 }
@@ -248,8 +249,8 @@ function describe(x, y) {
 
 // Choices -------------------------------------------------------------------------------------------------
 
-// Chooses the page's selected method, the schedule `name`, and the picture's step `most` (null: the whole search). A
-// method with a single schedule leaves no choice, so `chosen.asked` then stays the same for the next method.
+// Chooses the page's selected method, the schedule `name`, and the picture's step `most` (null: the whole search). If
+// the method has a single schedule, `chosen.asked` keeps the reader's last choice for the next method.
 function choose(name, most) {
     chosen.method = page.methods.find(({name}) => name === element("method").value);
     const names = Object.keys(chosen.method.schedules), list = element("schedule");
@@ -281,7 +282,8 @@ function choose(name, most) {
     return show();
 }
 
-// Returns the number of the first pass of a turn whose program defines a kernel; else of the turn's first pass.
+// Returns the number of a turn's first pass whose program defines a kernel. If no program defines one, returns the
+// number of the turn's first pass.
 function kernelPass({cycles, passes, structure: {kernels}}) {
     const turn = cycles[0].turns[0].passes;
     const defines = (number) => marked(page.texts[passes[number].fragment].split("\n"), kernels).some(
@@ -312,8 +314,8 @@ function slant(eye, {target: at, up}) {
     return Math.hypot(...cross(unit(eye.map((x, k) => x - at[k])), unit(up)));
 }
 
-// Returns whether the view from `eye` is far enough from the upward direction: the sine of their angle is at least 0.1
-// or, apart from rounding, at least the given camera's sine.
+// Returns whether the view from `eye` is far enough from the upward direction. The sine of the angle between them must
+// be at least 0.1, or at least the sine for `camera` (with a margin for rounding).
 function sideways(eye, camera) {
     return slant(eye, camera) >= Math.min(0.1, slant(camera.eye, camera) * (1 - 1e-6));
 }
@@ -384,8 +386,8 @@ function recall() {
     chosen.camera = understood("eye") ? {...page.camera, eye} : page.camera;
     if (!["schedule", "pass", "ray"].some((name) => choices.has(name))) {
         const {costs, test, schedules} = runnable.find(({name}) => name === element("method").value);
-        // The test rays are the rays of a picture of this size by the scene's camera. At the same place, another
-        // picture has another ray.
+        // `costs.ray` is a place in the picture of the test rays, which has this size and the scene's camera. In any
+        // other picture, another ray goes through this place.
         chosen.ray = chosen.side === test.side && chosen.camera === page.camera ? costs.ray : null;
         return [OPENS[0], schedules.step ? costs.step : null];
     }

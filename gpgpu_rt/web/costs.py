@@ -20,10 +20,10 @@ def ray_costs(scene: Scene, name: str, side: int) -> dict[str, Any]:
     Returns
     -------
     ``steps`` and ``nodes`` are (mean, largest) per ray; ``nodes`` is None for a method without
-    nodes. ``ray`` is the position, across and down from 0 to 1, of the ray with the most steps; a
-    ray that hits precedes a ray that misses. ``step`` is the position of the page's slider after
-    which at least half of the hits are found. It is None if there is no hit, or if the search
-    ends at this position: the page then opens with the finished picture.
+    nodes. ``ray`` is the position, across and down from 0 to 1, of the ray with the most steps. If
+    several rays have the most steps, a ray that hits is preferred. ``step`` is the position of the
+    page's slider after which at least half of the hits are found. ``step`` is None if there is no
+    hit, or if the search ends at this position. The page then opens with the finished picture.
     """
     with Tracer(scene, name, statistics=True) as tracer:
         hits = tracer.trace(*scene.camera.rays((side, side)))

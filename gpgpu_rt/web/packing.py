@@ -1,8 +1,9 @@
 """Packing: packs float32 tables into short texts, from which the page recovers the same bits.
 
 A row holds 1 to MOST_TEXELS successive texels; the number that packs best is chosen. Each
-component of a row is a column. Each value is predicted, and the differences from the predictions
-are stored byte plane by byte plane, which compresses well. `unpack.js` reverses these steps.
+component of a row is a column. Each value is predicted, and its difference from the prediction is
+stored. The differences are stored byte plane by byte plane, because such planes compress well.
+`unpack.js` reverses these steps.
 """
 from __future__ import annotations
 
@@ -12,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-# The prediction of a number in a column: 0, the number before it, the index of its row, or one
-# more than the largest number before it.
+# The predictions of a number in a column, in this order: 0, the previous number, the index of the
+# number's row, and 1 + the largest previous number.
 PREDICTIONS = ("none", "previous", "row", "fresh")
 MOST_TEXELS = 4     # largest number of texels in a row
 SAMPLE = 1 << 13    # number of rows from which the prediction of a column is chosen
@@ -134,7 +135,7 @@ def _coded(column: np.ndarray, rows: np.ndarray, kind: str,
         bits = column.view("<i4")
         numbers = bits ^ ((bits >> 31) & 0x7fffffff)
     if prediction == "fresh":
-        # The code 0 stands for a number that is one more than the largest number before it.
+        # The code 0 stands for 1 + the largest previous number.
         tops = np.maximum.accumulate(np.concatenate([[-1], numbers]))[:-1]
         if numbers.size and numbers.min() < -1:
             return _coded(column, rows, kind, "none")

@@ -103,8 +103,8 @@ def page_text(scene: Scene, methods: list[WebMethod], tables: PageData, title: s
 
 
 def _opening(methods: list[WebMethod]) -> str:
-    """Return the method of the first picture. All rays of brute force end together, so its search
-    shows nothing: another method is preferred."""
+    """Return the method of the first picture, if possible not brute force: its rays all end
+    together, so the search shows nothing."""
     return next((one.name for one in methods if one.name != "brute-force"), methods[0].name)
 
 
@@ -127,8 +127,9 @@ def _kernel_colours() -> str:
 
 
 def _wires(scene: Scene, tables: PageData) -> dict[str, Any]:
-    """Return the triangles whose edges the page draws: in a large scene, the largest triangles
-    and a sample of others. Their corners are integers from 0 to 4095 across the scene's box."""
+    """Return the triangles whose edges the page draws. In a large scene, these are the largest
+    triangles and a sample of the rest. Corners are integers from 0 to 4095 across the scene's
+    box."""
     corners = scene.triangles.astype(np.float64)
     if len(corners) > MOST_WIRES:
         edges = corners[:, 1:] - corners[:, :1]

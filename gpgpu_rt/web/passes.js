@@ -1,7 +1,7 @@
 // Draws the passes of a schedule in order, and repeats its cycles until no ray is alive. A cycle consists of turns.
 // After each turn, the states and hits are complete (gpgpu_rt/web/described.py).
 
-// Number of turns between two counts of the live rays; half as many with several cycles.
+// Number of turns between two counts of the live rays; with several cycles, half of this number.
 const CHECKED = 16;
 const MOST_TURNS = 60000;   // a search that takes more turns is stopped
 const MOST_RECTANGLES = 1 << 14;
@@ -40,9 +40,9 @@ async function trace(schedule, camera, width, height,
     if (seen) await seen(present, turns);
     check();
     while (schedule.repeats && turns < most && !stopped()) {
-        // The turns of a single cycle may write to two targets alternately. So count the live rays in the states
-        // before the last turn. A ray that has ended is then drawn for one more turn, which writes its last state into
-        // the other target too.
+        // The turns of a single cycle may write to two targets alternately. A ray that has ended must be drawn for one
+        // more turn, which writes its last state into the other target too. So count the live rays in the states
+        // before the last turn.
         const known = cycles.length > 1 ? present : before;
         if (known) {
             live = look(schedule, known.states, place);
@@ -134,7 +134,7 @@ function look(schedule, states, place) {
 }
 
 // Returns the corners of rectangles around the rays that wait for `kernel` (0: for any kernel). A rectangle is a run of
-// squares in a row. Returns null if all squares have such rays.
+// squares in a row. Returns null if the rectangles cover all squares.
 function rectanglesOf({squares, across, down}, kernel) {
     const corners = [], waits = (at) => kernel ? squares[at + kernel - 1] > 0
         : squares[at] + squares[at + 1] + squares[at + 2] + squares[at + 3] > 0;

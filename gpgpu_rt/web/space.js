@@ -3,7 +3,7 @@
 const space = element("space");
 const ENDED = "#8a93a0";    // colour of a step after which the ray has ended
 const MOST_BOXES = 300;     // older boxes are left out
-const MOST_ZOOM = 200;      // tells the smallest leaves of a large scene apart
+const MOST_ZOOM = 200;      // at this zoom, the smallest leaves of a large scene can be told apart
 // `zoom` and `pan` (in pixels of the drawing) scale and shift the projected scene.
 const spaceView = {yaw: 0.6, pitch: 0.3, zoom: 1, pan: [0, 0]};
 let wires = null, pivot = null;     // pivot: the point where the ray is at the present step
@@ -14,7 +14,7 @@ async function loadWires() {
     wires = {lo, hi, corners: found.map((x, k) => lo[k % 3] + x / 4095 * (hi[k % 3] - lo[k % 3]))};
 }
 
-// A picture of the edges alone. It is drawn again when the view has turned.
+// A picture of the edges alone. It is drawn again when the view has turned, zoomed or shifted.
 const edges = {canvas: document.createElement("canvas"), view: ""};
 function sceneEdges() {
     const view = JSON.stringify(spaceView);
@@ -91,7 +91,7 @@ function insideEnds(a, b) {
 // Returns the place `x` in the drawing, moved at least `margin` pixels inside.
 const inside = (x, margin) => Math.max(margin, Math.min(space.width - margin, x));
 
-// Shifts the drawing by pixels. Zoomed or not, it covers the whole canvas.
+// Shifts the drawing by pixels, but only as far as the drawing still covers the whole canvas.
 function shiftSpace(way) {
     const {zoom, pan} = spaceView;
     spaceView.pan = pan.map((x, k) => Math.max(space.width * (1 - zoom), Math.min(0, x + way[k])));
@@ -178,7 +178,7 @@ function drawSpace(ray, path, step) {
 
 const colourOf = ({fields}) => fields.phase > 0 ? kernelColour(fields.phase) : ENDED;
 
-// Returns a line of text about the path's present step. `structure` is that of structure.py.
+// Returns a line of text about the path's present step. `structure` is the description by structure.py.
 function stepLine(path, step, structure) {
     const present = path[Math.min(step, path.length - 1)], {fields, kernel, interval, triangle} = present;
     const found = visitsOf(path.slice(0, step + 1));

@@ -30,7 +30,7 @@ function onDrag(one, turned, clicked, ended) {
 const touches = new Map();      // finger on the drawing -> its place on the page
 
 // Calls `zoomed` with a factor and a place on the page when the reader turns the wheel or moves two fingers. `zoomed`
-// returns whether it has zoomed; otherwise the wheel scrolls the page.
+// returns whether the zoom has changed. If not, the wheel scrolls the page.
 function onZoom(one, zoomed) {
     const place = (event) => [event.clientX, event.clientY];
     one.addEventListener("wheel", (event) => {

@@ -1,6 +1,6 @@
 """Structure: tells a page where to find a state's box or cell, and the triangle under test.
 
-The page reads a ray's path from the states that the passes wrote; it runs no traversal. The
+The page reads a ray's path from the states that the passes wrote, and runs no traversal. The
 description names fields of the state, and the places of table fields in textures.
 """
 from __future__ import annotations

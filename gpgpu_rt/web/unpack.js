@@ -13,7 +13,7 @@ async function unpacked(packed) {
     let at = 0;
 
     function decode(column, rows, [kind, prediction, planes]) {
-        let before = prediction === "fresh" ? -1 : 0;   // the number before, or with "fresh" the largest so far
+        let before = prediction === "fresh" ? -1 : 0;   // the previous number; with "fresh", the largest number so far
         rows.forEach((row, k) => {
             let code = 0;
             for (let plane = 0; plane < planes; ++plane) code |= bytes[at + plane * rows.length + k] << 8 * plane;

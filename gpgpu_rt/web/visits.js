@@ -1,9 +1,10 @@
 // Counts how often a ray's path enters nodes or cells, and how often it restarts.
 
 // Counts the visits in a path's states. A visit begins where the path enters another node. The visit is a restart if
-// the path visited the node before, and the node's box encloses the previous node's box: the path goes back to the
-// root, or with push-down to a lower ancestor. A climb to a parent is no restart. Paths through cells, ropes or escape
-// indices have no restarts. `times`: node -> number of visits; `latest`: the state of the last restart, or null.
+// the path visited the node before, and the node's box encloses the box of the node that the path leaves. A restart
+// leads to the root, or with push-down to a lower ancestor. A climb to a parent is no restart. Paths through cells,
+// ropes or escape indices have no restarts. `times`: node -> number of visits; `latest`: the state of the last restart,
+// or null.
 function visitsOf(states) {
     const times = new Map();
     let visits = 0, restarts = 0, latest = null, last = null;
@@ -28,7 +29,8 @@ function encloses([lo, hi], [inner, outer]) {
 
 const several = (count, noun) => `${count.toLocaleString("en")} ${noun}${count === 1 ? "" : "s"}`;
 
-// Returns the counts in words. `structure` is that of structure.py; without restarts, it has no count of restarts.
+// Returns the counts in words. `structure` is the description by structure.py. The words count restarts only if
+// `structure.restarts` is true.
 function visitWords({visits, restarts, times}, structure) {
     if (structure.boxes === "cells") return `${several(times.size, "cell")} so far`;
     const jumps = structure.restarts ? `, ${several(restarts, "restart")}` : "";

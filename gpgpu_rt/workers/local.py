@@ -25,7 +25,7 @@ def local_cluster(count: int | None, threads: int | None) -> Any:
     import dask
     dask.config.set({"distributed.deploy.lost-worker-timeout": LOST})
     # Create the cluster in a separate thread that blocks Ctrl-C. Then only the calling thread
-    # receives Ctrl-C. The processes of the cluster, and later replacements of them, do not.
+    # receives Ctrl-C, and the cluster's processes and their later replacements do not receive it.
     with dask.config.set({
             # A worker may be silent for minutes while it draws a pass.
             "distributed.scheduler.worker-ttl": None,

@@ -32,7 +32,7 @@ _tracers: OrderedDict[tuple[str, str, Options], tuple[Tracer, list[Path]]] = Ord
 
 
 def received(value: Any) -> Any:
-    """Return ``value``, a scene or a motion, which this task's future brings to later tasks."""
+    """Return ``value``, a scene or a motion. Later tasks receive it through this task's future."""
     return value
 
 
@@ -61,7 +61,7 @@ def _tracer(scene: Scene, digest: str, method: str, options: Options) -> tuple[T
 @contextlib.contextmanager
 def tracer_of(scene: Scene, built: Structures, digest: str, method: str,
               options: Options) -> Iterator[Tracer]:
-    """Yield a tracer. ``built`` holds its structures, which another worker has built."""
+    """Yield a tracer. ``built`` holds the tracer's structures, which a worker has built."""
     give_cache(built)
     with _turn:
         yield _tracer(scene, digest, method, options)[0]

@@ -1,5 +1,5 @@
-"""The bounds of clipped triangles equal the bounds of polygons that are cut by one plane after
-another, the method of Havran and Bittner."""
+"""The bounds of clipped triangles equal the bounds of cut polygons. As in the method of Havran and
+Bittner, one plane after another cuts a polygon."""
 from __future__ import annotations
 
 import numpy as np

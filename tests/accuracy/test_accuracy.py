@@ -233,7 +233,7 @@ def test_accuracy_command(capsys, tmp_path) -> None:
 
 def test_only_rays_aimed_at_vertices_and_edges_are_excused(exact_renderer, tmp_path: Path
                                                            ) -> None:
-    """docs/accuracy.md says how many rays of each kind the default of `accuracy` excuses."""
+    """docs/accuracy.md says how many rays of each kind `accuracy` excuses by default."""
     with without_meshes(tmp_path):
         known = KnownRays(rt.load_scene("cornell"), 65_536, 0)
     with rt.Tracer(known.scene, "bvh-threaded") as tracer:
@@ -276,7 +276,7 @@ def test_of_all_methods_those_are_left_out_that_refuse_an_option(ball) -> None:
 @pytest.mark.parametrize("method", [row.name for row in methods() if not row.why_no_era_form()])
 @pytest.mark.parametrize("era, own", [("nv40", "fp32"), ("r420", "fp24")])
 def test_the_era_form_is_measured_in_the_numbers_of_its_chip(ball, method, era, own) -> None:
-    """Other numbers are refused before rays are traced."""
+    """Number formats other than the chip's own are refused before rays are traced."""
     if era == "r420" and find_method(method).era_packets is not None:
         return      # a packet's program is a loop, and the card has no loops
     (row,) = accuracy(ball, [method], None, {"era": era}, 16, (8, 8))

@@ -103,8 +103,8 @@ def test_an_engine_that_cannot_run_is_one_line(capsys, monkeypatch) -> None:
 
 @pytest.mark.parametrize("failure, status", [(MemoryError, 1), (KeyboardInterrupt, 130)])
 def test_finished_races_survive_a_failure(monkeypatch, capsys, failure, status: int) -> None:
-    """If a race fails, the results of the finished races are printed before the error. To print
-    the results, no scene is loaded again."""
+    """If a race fails, the results of the finished races are printed before the error. Printing
+    the results loads no scene again."""
     timed, loaded = benching.race, []
 
     def fails(scene: str, *rest) -> list:

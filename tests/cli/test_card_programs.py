@@ -155,8 +155,8 @@ def test_a_scene_beyond_the_index_gets_the_time_of_two_coordinates(capsys, tmp_p
 
 
 def test_a_time_names_its_form_its_rays_and_the_size(capsys, tmp_path) -> None:
-    """Both forms get a line: the form whose times the figures compare with the papers' times, and
-    the form in which the kernels ran."""
+    """The output has a line for the form whose times the figures compare with the papers' times,
+    and a line for the form in which the kernels ran."""
     step, passes = (line for line in _rendered(capsys, tmp_path, "--era", "nv40").splitlines()
                     if "would have taken" in line)
     assert "form step: " in step and "era_machine` compares" in step and "as here" not in step

@@ -1,4 +1,4 @@
-"""Tests of the times that --timings prints, and of `MODULES`, which names the module of each
+"""Tests of the times that --timings prints, and of `MODULES`. `MODULES` names the module of each
 command, so that a command imports only the modules that it needs."""
 from __future__ import annotations
 

@@ -137,8 +137,8 @@ def test_no_interrupt_is_lost(within: str, sleep: float, loading: str, tmp_path)
 
 
 def test_a_command_that_ignores_interrupts_goes_on(tmp_path) -> None:
-    """If a parent process makes a command ignore SIGINT, the command continues. Shell scripts do
-    so for commands with `&`."""
+    """If a parent process makes a command ignore SIGINT, the command continues. For example, a
+    shell script starts a command with `&` in this way."""
     code = LOSING.format("signal.raise_signal(signal.SIGINT)", 0, "")
     done = subprocess.run([sys.executable, "-c", "import signal\n"
                            "signal.signal(signal.SIGINT, signal.SIG_IGN)\n" + code],

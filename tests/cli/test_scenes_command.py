@@ -31,7 +31,8 @@ def _file(scene: str, path: str, content: bytes) -> SourceFile:
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Path:
     """Return a user's folder. Its subfolder ``copy`` has small originals of two scenes: the bunny
-    in an archive, and the robots in three files. Two of these are equal; all three are kept."""
+    in an archive, and the robots in three files. Two of the three files are equal, but all three
+    are kept."""
     monkeypatch.setenv("GPGPU_RT_SCENES", "")
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     monkeypatch.chdir(tmp_path)

@@ -132,7 +132,7 @@ def in_slabs(o: np.ndarray, d: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np
 
 def volumes(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray
             ) -> tuple[list, list]:
-    """Return the integers above and below of t = above / below, for each pair (ray, triangle). For
+    """Return two integers, above and below, for each pair (ray, triangle): t = above / below. For
     a miss, below is 0."""
     scale = 149     # every float32 is a multiple of 2^-149
     v, o, d = (whole(array, scale) for array in (triangles, origins, directions))

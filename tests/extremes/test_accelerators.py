@@ -21,8 +21,8 @@ from gpgpu_rt.methods.grid.cells import Grid
 from gpgpu_rt.methods.kdtree.tree import KdTree
 
 ROWS = {row.name: row for row in rt.methods()}
-# The step bound and the nodes in the states of these methods follow from the type of their
-# structure. In a method of a user's own, they need not.
+# In these methods, the step bound and the nodes in the states follow from the type of the
+# structure. A user's own method need not obey this rule.
 BUILT_IN = {row.name: row for row in built_in_methods()}
 
 

@@ -23,14 +23,15 @@ QUICK, FULL = 512, 32_768
 # The quick suite tests options of builders and of traversal in these cases; the full suite tests
 # these options in all cases.
 TELLING = ("moved-1e4", "in-planes", "box-corners", "flat-soup")
-# The quick test of every method skips these cases, because other quick tests cover them for every
-# method, or because these cases are slow to build.
+# The quick test of every method skips these cases. Some of these cases are slow to build. Other
+# quick tests cover the remaining cases for every method.
 IN_FULL = ("scaled-2^-20", "scaled-2^20", "moved-1e0", "moved-1e2", "lengths", "coplanar",
            "one-triangle", "flat-floor")
 # In these cases, a leaf or a cell lists very many triangles. A schedule with one pass per triangle
 # is too slow for a quick test.
 LONG_LISTS = ("coincident", "one-centroid")
-# With more triangles, a builder that inserts one triangle at a time is too slow for a quick test.
+# With more triangles than this, a builder that inserts triangles singly is too slow for a quick
+# test.
 SLOW_TO_INSERT = 3000
 NAMES = [pytest.param(name, id=f"row{kind.row}-{name}") for name, kind in FAMILIES.items()]
 SETTINGS = [pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))

@@ -1,9 +1,9 @@
 """Row 41 of the catalogue of extreme cases (docs/extremes.md): scenes that are flat along an axis,
 and rays that start on or near the plane of the scene.
 
-All hits equal the hits of brute force to the bit. This also holds if a ray's interval contains
-only the t of its hit. A method that skips a box around this hit would fail. The hits of brute
-force are within the derived error bounds.
+All hits equal the hits of brute force to the bit, even if a ray's interval contains only the t of
+its hit. A method that skipped a box around this hit would fail. The hits of brute force are within
+the derived error bounds.
 """
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from gpgpu_rt.conform.case import Case
 from gpgpu_rt.conform.flat_families import FLATS, Flat
 
 QUICK = [Flat(0, 0.0), Flat(1, 0.0, count=2)]
-SLOW_TO_INSERT = 100  # builders that insert triangles singly are slow with more triangles
+SLOW_TO_INSERT = 100  # with more triangles than this, inserting them singly is slow
 MILLION = 10**6
 
 

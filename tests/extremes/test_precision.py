@@ -33,8 +33,8 @@ def case_of(name: str, seed: int) -> Case:
 
 
 def arithmetic(name: str, rounding: str) -> Arithmetic:
-    """Returns the error bounds of a format. The unit roundoff of directed rounding is twice that
-    of rounding to nearest."""
+    """Returns the error bounds of a format. The unit roundoff of directed rounding is twice the
+    unit roundoff of rounding to nearest."""
     form = FORMATS[name]
     return Arithmetic(form.unit * (1 if rounding == "nearest" else 2), form.smallest,
                       form.largest)

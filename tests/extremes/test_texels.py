@@ -36,9 +36,9 @@ def indices(exponent: int) -> list[int]:
     pytest.param(21, True, marks=pytest.mark.full),
     pytest.param(23, False, marks=pytest.mark.full)])
 def test_row_35_indices_round_trip(gpu: Gpu, exponent: int, small: bool, tmp_path) -> None:
-    """A shader fetches the right entry for every index. If a rounded reciprocal gave the texture
-    row, the shader would fail at row ends. An entry holds its index and twice its index, so the
-    numbers reach 2^24 with exponent 23. With ``small``, the program converts integers by their
+    """A shader fetches the right entry for every index. A shader that computed the texture row by
+    a rounded reciprocal would fail at row ends. An entry holds its index and twice its index, so
+    the numbers reach 2^24 with exponent 23. With ``small``, the program converts integers by their
     bits (core/fetch.glsl); the table then has negative numbers too, from -2^22 to 2^22."""
     count = indices(exponent)[-1] + 1
     size = (1024, -(-count // 1024))

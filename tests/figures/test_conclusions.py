@@ -1,5 +1,5 @@
-"""The pages of Figure 2, Figure 26, Table 1 and the figure `cpu` show the numbers of the JSON
-files, and so do the verdicts and the index."""
+"""The pages of Figure 2, Figure 26, Table 1 and the figure `cpu`, the verdicts and the index show
+the numbers of the JSON files."""
 from __future__ import annotations
 
 import csv

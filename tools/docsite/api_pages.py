@@ -8,8 +8,8 @@ from typing import Any
 
 from .markdown import code, plain, table
 
-# Documented module -> heading of its table, which has the names of __all__ or, without __all__,
-# the public names that the module defines.
+# Documented module -> heading of the module's table. The table has the names of __all__ or,
+# without __all__, the public names that the module defines.
 MODULES = {
     "gpgpu_rt": "gpgpu_rt, usually imported as rt",
     "gpgpu_rt.reference": "gpgpu_rt.reference: exact answers",

@@ -187,7 +187,7 @@ def _trace(folder: Path, seed: int) -> None:
     given = _read_rays(str(folder / "r.npz"))
     try:
         cornell().trace(**given, invalid=("raise", "miss")[seed % 2])
-    except ValueError as failure:       # names an invalid ray; the command prints the message
+    except ValueError as failure:       # its message names an invalid ray
         raise rt.Error(str(failure)) from failure
 
 
