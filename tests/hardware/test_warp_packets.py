@@ -1,5 +1,5 @@
-"""A packet as large as a warp visits the union of the places (nodes and triangles) that its parts,
-which are smaller packets, visit."""
+"""A packet as large as a warp consists of smaller packets, its parts. It visits the union of the
+places (nodes and triangles) that its parts visit."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,5 +1,5 @@
 """The intersector for trimesh gives the same answers as trimesh's engine without Embree. Its
-arrays have the same shapes as the arrays of trimesh's two engines, without and with Embree."""
+arrays have the same shapes as the arrays of both engines of trimesh."""
 from __future__ import annotations
 
 import copy

@@ -32,8 +32,9 @@ def browser(exact_renderer) -> Iterator[Browser]:
     ("cornell", "bvh-packet"), ("stadium", "grid")])
 def test_the_step_is_in_mid_search(scene: str, name: str) -> None:
     """At the opening step, at least half of the hits are found, and the search goes on. If all
-    rays end together, the page opens with the finished picture. The opening ray takes the most
-    steps, and hits if a ray with as many steps hits."""
+    rays end together, the page opens with the finished picture. No ray takes more steps than the
+    opening ray. If several rays take the most steps, and one of them hits, the opening ray
+    hits."""
     found = rt.load_scene(scene)
     costs = ray_costs(found, name, 32)
     with rt.Tracer(found, name, statistics=True) as tracer:
