@@ -15,8 +15,9 @@ Each line of a ``sh`` block that is run must begin with a command that every mac
 (COMMANDS).
 
 A ``text`` block after a block that is run shows the output of that block. "..." stands for words
-and lines that are left out. Lines may be broken elsewhere, and several spaces count as one. A
-``text`` block that begins with ``$ COMMAND`` shows another command, and is not compared here.
+and lines that are left out. The page may break lines at other places, and several spaces count as
+one. A ``text`` block that begins with ``$ COMMAND`` shows another command, and is not compared
+here.
 """
 from __future__ import annotations
 
@@ -94,8 +95,8 @@ def commands(block: Snippet) -> list[str]:
 
 
 def mistakes(page: Path) -> list[str]:
-    """Returns a line for each mistake of a page: a language or a command that tests do not run, or
-    a comment for tests that is not on the line before a block."""
+    """Returns a line for each mistake of a page. A mistake is a language or a command that tests
+    do not run, or a comment for tests that is not on the line before a block."""
     found = []
     for block in snippets(page):
         if block.language in _OTHER_NAMES:

@@ -146,8 +146,8 @@ def test_tables_hold_the_measured_numbers(figure, tmp_path) -> None:
 @pytest.mark.parametrize("full", [False, True], ids=["quick", "full"])
 @pytest.mark.parametrize("figure", COMPARISONS, ids=lambda f: f.name)
 def test_papers_are_compared_with_the_triangle_test_of_their_time(figure, full: bool) -> None:
-    """Every cell that measures our methods has PERIOD_TEST once among its options. A cell that
-    measures embreex names no triangle test."""
+    """Every cell of one of our methods names the triangle test of the papers' time (PERIOD_TEST)
+    exactly once. A cell of embreex names no triangle test."""
     for cell in figure.cells(full):
         tests = [option for option in cell.options if option[0] == PERIOD_TEST[0]]
         assert tests == ([] if cell.method == ON_CPU else [PERIOD_TEST])
@@ -215,7 +215,8 @@ def test_another_cpu_is_left_out_of_tau(tmp_path) -> None:
 
 
 def test_packets_counters_are_shared_out() -> None:
-    """A packet's visit of a node counts once for its rays. Pixels without a ray do not count."""
+    """A packet's visit of a node counts once, not once for each ray of the packet. The sum is
+    divided by the number of live rays, so pixels without a ray do not count."""
     cell = Cell("cornell", "kd-packet", size=16, work="mirror rays 3", runs=1)
     result = measure.run(cell)
     rays = workload("cornell", "mirror rays 3", 16)

@@ -126,8 +126,8 @@ def test_pages_hold_the_measured_numbers(tmp_path) -> None:
 @pytest.mark.parametrize("name, at", [("cloth", (8, 48)), ("walker", (8, 48, 96)),
                                       ("explosion", (8, 24, 48))])
 def test_how_a_refitted_tree_fares(name: str, at: tuple[int, ...]) -> None:
-    """The note gives two ratios: the SAH cost of a refitted tree divided by that of the first
-    frame's tree, and divided by that of a newly built tree."""
+    """The note gives two ratios of SAH costs: refitted tree to first frame's tree, and refitted
+    tree to newly built tree."""
     page, animation = NOTE.read_text(), rt.load_animation(name)
     built = build_bvh(animation.scene.triangles)
     refitter = Refitter.of(built)

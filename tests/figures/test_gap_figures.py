@@ -41,11 +41,10 @@ def _page(module: Any, tmp_path: Path) -> list[dict[str, str]]:
 
 
 def _done(cell: Cell, visits: int, tests: int = 0) -> dict[str, Any]:
-    """Returns the recorded work of 32 rays with ``visits`` visits and ``tests`` tests each.
+    """Returns the recorded work of 32 rays, each with ``visits`` visits and ``tests`` tests.
 
-    At every SIMD width, the groups of lanes issue each kernel the same number of times. So the
-    utilisation of lanes halves when the width doubles. In a method with a deep stack, each ray
-    also pushes once.
+    In a method with a deep stack, each ray also pushes once. At every SIMD width, the number of
+    issues is the same, so the utilisation of lanes halves when the width doubles.
     """
     names = ("traverse" if cell.method.startswith("bvh") or "packet" in cell.method else "down",
              "intersect", "push")
@@ -194,7 +193,7 @@ def test_units_are_as_fast_as_their_figures_allow(tmp_path: Path) -> None:
     both = rows["kitchen", "kd-restart", "G80 and both"]
     assert float(both["steps ns"]) == pytest.approx(
         1e9 * 10 / (ideal.units * ideal.clock * ideal.steps))
-    # The compiler that a machine names counts the machine's instructions.
+    # The RPU has no compiler of its own, so the R580's compiler counts its instructions.
     test = static_cost("r580", "kd-texture-stack", "intersect", in_loop=True).arithmetic
     prototype = rows["conference", "kd-texture-stack", "RPU"]
     assert float(prototype["shader ns"]) == pytest.approx(1e9 * 4 * 5 * test / rpu.vector_rate)

@@ -75,7 +75,8 @@ def _write(cell: Cell, figure: str, folder: Path, real: tuple[str, ...]) -> None
     if cell.method == "kd-packet" and figure == "fig14":     # packets gain more after each mirror
         ns /= 1 + after
     # Before the first mirror, a packet of four rays visits as many nodes as one ray. After five
-    # mirrors, the packet visits three times as many; on cornell, still as many as one ray.
+    # mirrors, the packet visits three times as many nodes as one ray. On cornell, the number stays
+    # the same.
     shared = 1 + (2 * after / 5 if cell.scene != "cornell" else 0)
     nodes = 100 * (shared / 4 if "packet" in cell.method else 1)
     split = {"traversal_seconds": 1.0, "transfer_seconds": 1.0, "intersection_seconds": 1.0,

@@ -1,5 +1,5 @@
-"""Tests of verdicts: their rules, the least numbers of scenes and pairs that they need, and their
-words on pages."""
+"""Tests of verdicts: the rules, the least numbers of scenes and pairs that a verdict needs, and
+the words on pages."""
 from __future__ import annotations
 
 import json
@@ -148,8 +148,8 @@ def test_a_verdict_comes_back_from_its_file(tmp_path: Path) -> None:
     assert held is not None
     assert Verdict.from_json(held["verdict"]) == said
     assert set(held["verdict"]) == set(asdict(said)) and held["verdict"]["pairs"] == 3
-    # The verdict of a page by an older version has no counts. The page is not shown until it is
-    # drawn again.
+    # A page that an older version drew has a verdict without counts. The page is not shown until
+    # it is drawn again.
     held["verdict"] = {"word": verdicts.CONTRADICTED, "why": "one scene"}
     (tmp_path / "fig12.json").write_text(json.dumps(held))
     assert provenance.held("fig12", tmp_path) is None

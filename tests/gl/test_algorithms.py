@@ -12,8 +12,7 @@ from gpgpu_rt.gl.algorithms.scan import scan
 from gpgpu_rt.gl.algorithms.sort import flips, sort
 from gpgpu_rt.gl.algorithms.streams import Stream, StreamRoom, span
 
-# Lengths of a single element, of full blocks and texture rows, of one element fewer or more than a
-# full block, and of several rows.
+# A single element; full blocks and full texture rows; one element fewer or more; several rows.
 LENGTHS = (1, 2, 7, 8, 9, 64, 65, 100, 4095, 4096, 4097, 8192, 20_001)
 some_lengths = pytest.mark.parametrize("length", LENGTHS)
 
@@ -82,7 +81,8 @@ def test_sort(gpu, keys: str, length: int) -> None:
 def test_sort_puts_zeros_before_ones(length: int) -> None:
     """If a network of comparisons sorts all words of zeros and ones, it sorts any input.
 
-    The test sorts all descending words of the length, and 500 random words.
+    The test sorts the words of ``length`` digits in which all ones precede all zeros, and 500
+    random words.
     """
     rng = np.random.default_rng(length)
     words = np.concatenate([np.tri(length + 1, length, -1), rng.random((500, length)) < 0.5])

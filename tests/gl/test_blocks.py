@@ -10,8 +10,7 @@ from gpgpu_rt.gl.algorithms.streams import StreamRoom
 from gpgpu_rt.methods.ray_hierarchy.records import CHILDREN, PAIR
 
 BLOCKED = 4 * BLOCK
-# 0 and 1 elements; full texels, blocks and texture rows, and one element fewer or more; several
-# rows.
+# 0 and 1 elements; full texels, blocks and texture rows; one element fewer or more; several rows.
 LENGTHS = (0, 1, 3, 4, 5, BLOCKED - 1, BLOCKED, BLOCKED + 1, 4095, 4096, 4097, 16_384, 16_385,
            70_001)
 PATTERNS = ("none", "all", "first", "last", "thirds", "blocks", "sparse", "half", "dense")

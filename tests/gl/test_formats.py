@@ -85,8 +85,8 @@ def test_fp32_programs_hold_no_trace_of_rounding() -> None:
 LOWER = {"fp16-stored": {"storage": "fp16"}, "fp24-computed": {"arithmetic": "fp24"},
          "fp16-up": {"precision": "fp16", "rounding": "up"}}
 # Each case compiles its own programs. The quick suite therefore runs `step1` and `step16` with one
-# format each. It runs `kernels`, which has the most programs, with one format and one method of
-# each of three families.
+# format each. It runs `kernels`, which has the most programs, with one format and three methods
+# (FAMILIES).
 QUICK = {("fp16-stored", "step1"), ("fp24-computed", "step16")}
 FAMILIES = ("grid", "kd-backtrack", "bvh-threaded")
 IN_PASSES = [pytest.param(row.name, lower, name, id=f"{lower}-{name}-{row.name}",
@@ -165,9 +165,9 @@ def test_quantised_nodes_are_smaller(bits: int, least: float, octants: bool) -> 
 
 @pytest.mark.parametrize("bits", [16, 8])
 def test_quantised_octants_hit_the_same(bits: int) -> None:
-    """The copy of a tree for one octant of directions swaps the two bounds of a box along an axis
-    if the octant's rays meet the upper bound first. Quantising moves the bounds of a flat box
-    apart, so the copy must swap bounds after quantising. The hits stay the same."""
+    """A tree has a copy for each octant of directions. Along an axis, the copy swaps the two
+    bounds of a box if the octant's rays meet the upper bound first. Quantising moves the bounds of
+    a flat box apart, so the copy must swap bounds after quantising. The hits stay the same."""
     scene = rt.load_scene("cornell")
     rays = RAY_SETS["random"](scene, 400, 3)
     answers = []

@@ -66,9 +66,10 @@ void main() {{
     # harmless functions and macros
     ("y = c ? halved(a) : TWICE(b);", "y = picked_value(c, halved(a), TWICE(b));"),
     ("y = c ? texture(t, a).x : fetched(i);", "y = picked_value(c, texture(t, a).x, fetched(i));"),
-    # The index `x` has the name of a function's parameter, so it counts as inside the array.
+    # The index `x` has the name of a function's parameter, so the index counts as inside the
+    # array.
     ("y = c ? s[x] : b;", "y = picked_value(c, s[x], b);"),
-    # GLSL always evaluates the first operand, so it may be an element of an array.
+    # GLSL always evaluates the first operand, so this operand may be an element of an array.
     ("y = s[i] > 0 && c;", "y = both_hold(s[i] > 0, c);"),
     ("y = s[i] > 0 ? a : -b;", "y = picked_value(s[i] > 0, a, -b);"),
     # a comment and a line break inside a selection

@@ -31,7 +31,7 @@ def test_units_take_their_kernels_out_of_the_shader() -> None:
     alone = on_card(card, WORK, COSTS)
     assert alone.shader == pytest.approx((visits + tests + pushes) / card.issue_rate)
     assert alone.memory == pytest.approx(16 * 64 / card.bandwidth / 32)
-    older = on_card(find_card("R420"), WORK, COSTS, width=32)   # each card has its own memory
+    older = on_card(find_card("R420"), WORK, COSTS, width=32)   # the card's own bandwidth
     assert older.memory == pytest.approx(16 * 64 / find_card("R420").bandwidth / 32)
     nobody_waits = on_card(card, WORK, COSTS, width=1)
     assert nobody_waits.shader == pytest.approx(
@@ -113,7 +113,7 @@ def test_a_loop_fetches_tables_alone() -> None:
                      "pop": (0, 0)}
     assert costs["down"].instructions == static_cost(
         "g80", "kd-texture-stack", "down", in_loop=True).arithmetic
-    # The compiler dropped a stream that the kernel's text declares.
+    # The text of `down` declares a stream that the compiler drops. Only real fetches count.
     ropes = loop_costs("g80", "kd-ropes")
     assert (ropes["down"].fetches, ropes["follow_rope"].fetches) == (1, 4)
     bvh = loop_costs("r580", "bvh-threaded", octants=True)

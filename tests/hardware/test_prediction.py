@@ -65,7 +65,8 @@ def test_a_stack_in_a_local_array_needs_a_loop(chip: str) -> None:
 
 
 def test_the_page_names_the_rays_that_are_traced(monkeypatch) -> None:
-    """The exceptions that docs/hardware.md names: packets on NV40 and on the G80."""
+    """docs/hardware.md gives the sizes of the samples. Two cases are exceptions: `kd-packet` on
+    NV40 has larger tiles, and all rays of packets on G80 are traced."""
     scene = rt.load_scene("cornell")
     rays = rays_of(scene, RAY_SETS["eye"], 512)
     for method, chip, tile in (("kd-restart", "NV40", 96), ("kd-packet", "NV40", 128),
@@ -83,7 +84,8 @@ def test_the_page_names_the_rays_that_are_traced(monkeypatch) -> None:
 
 
 def test_a_figure_predicts_what_users_predict() -> None:
-    """Figure 20 adds the times of eye rays and shadow rays, and divides them by the pixels."""
+    """Figure 20 adds the times of eye rays and shadow rays, and divides the sum by the number of
+    pixels."""
     figure, scene = fig20.FIGURE, rt.load_scene("cornell")
     panel = next(panel for panel in figure.panels if panel.scene == "cornell")
     for column in figure.columns[1:4]:
@@ -215,7 +217,8 @@ def test_samples_of_an_image_stand_for_all_its_rays(monkeypatch, method: str, ch
     monkeypatch.setattr(image_issues, "SPARSE", 64)
     samples = image_issues.sampled(rays_of(scene, RAY_SETS["eye"], 256), method, chip.upper())
     assert len(samples.sparse.origins) == 64 ** 2
-    # Two tiles along an axis, of whole groups: 32x32 rays, or 6x8 packets of 2x2 rays.
+    # The sample has two tiles along each axis. A tile consists of whole groups. A group has 32x32
+    # rays, or 6x8 packets of 2x2 rays.
     assert samples.tiles.shape == ((64, 64) if method == "kd-restart" else (48, 32))
     assert predict(scene, method, chip, size=128).seconds == pytest.approx(whole.seconds, rel=0.3)
 

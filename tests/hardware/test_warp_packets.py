@@ -1,5 +1,5 @@
-"""A packet as large as a warp visits the union of the places (nodes and triangles) that its parts,
-which are smaller packets, visit."""
+"""A packet as large as a warp consists of smaller packets, its parts. It visits the union of the
+places (nodes and triangles) that its parts visit."""
 from __future__ import annotations
 
 import numpy as np
@@ -30,7 +30,7 @@ def _trace(parts: list[list[tuple[int, int]]]) -> KernelTrace:
     ([[(1, 7), (2, 3)], [(1, 5), (2, 4)]], 2, 2),
     # If one part is beyond the image or visits nothing, the warp makes the other part's visits.
     ([[(1, 7), (2, 3)], []], 2, 2),
-    # Three of four visits are common. A repeated visit counts again.
+    # The parts have three of four visits in common. A repeated visit counts again.
     ([[(1, 1), (1, 2), (1, 1)], [(1, 1), (1, 2), (1, 1), (1, 3)]], 2 * 4 / 7, 1),
     # Both warps visit place 2. Each warp visits it once.
     ([[(1, 1)], [(1, 2)], [(1, 2)], [(1, 2)]], 2 * 3 / 4, 1)])

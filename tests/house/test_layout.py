@@ -35,9 +35,9 @@ def fields_of(record: Record, count: int, seed: int) -> dict[str, np.ndarray]:
 
 
 def test_records_have_names_of_their_own() -> None:
-    """Every record has its own name, the prefix of its GLSL accessors. Two kinds of records are
-    exempt: a record with a GLSL define is a variant of another record, and the states of all
-    methods have the same name, because a program has only one state."""
+    """Every record has its own name, the prefix of its GLSL accessors. There are two exceptions. A
+    record with a GLSL define is a variant of another record. The states of all methods share one
+    name, because a program has only one state."""
     names = [record.name for record in RECORDS if not getattr(record, "define", "")
              and record.name != STATE.name]
     assert len(names) == len(set(names))

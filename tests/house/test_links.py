@@ -20,7 +20,7 @@ _FENCE = re.compile(r"(?ms)^```.*?^```$|`[^`\n]*`")
 
 
 def _text(page: Path) -> str:
-    """Returns a page without its code, in which brackets are no links and # begins no heading."""
+    """Returns a page without its code. In code, brackets are no links and # begins no heading."""
     return _FENCE.sub("code", page.read_text(encoding="utf-8"))
 
 
@@ -78,8 +78,8 @@ def test_each_picture_is_shown_and_small(path: Path) -> None:
 
 @pytest.mark.parametrize("page", sorted((DOCS / "reference").glob("*.md")), ids=_name)
 def test_a_list_that_is_only_on_the_site_can_be_found(page: Path) -> None:
-    """In the repository, a page without its generated list says where the list is: a command that
-    prints it, or the files with its entries."""
+    """In the repository, a page lacks its generated list. Instead, the page names a command that
+    prints the list, or the files with the list's entries."""
     before, mark, _ = page.read_text(encoding="utf-8").partition("<!-- generated: ")
     assert not mark or re.search(r"`(gpgpu-rt [A-Za-z]|make docs|records\.py)", before)
 

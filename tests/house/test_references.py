@@ -1,5 +1,5 @@
-"""The project's citations: each citation names a work of the list of references, the project cites
-each work of the list, and each cited section exists in the survey."""
+"""Each citation of the project names a work of the list of references, and the project cites each
+work of the list. Each cited section of the survey exists."""
 from __future__ import annotations
 
 import csv
@@ -33,7 +33,7 @@ OF_SURVEY = re.compile(
 
 @functools.cache
 def texts() -> dict[str, str]:
-    """Returns file name -> text. A comment or a string that fills several lines is joined to one
+    """Returns file name -> text. A comment or a string that fills several lines is joined into one
     line."""
     paths = [path for folder in FOLDERS
              for path in ([ROOT / folder] if "." in folder else (ROOT / folder).rglob("*"))]
@@ -71,8 +71,8 @@ OWN = [row for row in rt.methods() if not Path(row.glsl).is_absolute()]
 @pytest.mark.parametrize("row", OWN, ids=lambda row: row.name)
 def test_every_method_s_paper_is_one_work_of_the_survey(row: rt.Method) -> None:
     """A method's citation names one work. Each section that the list of references gives for the
-    work exists in the survey. If a GLSL file of the method cites a section, and the text before
-    this citation cites this work alone, the list gives the section."""
+    work exists in the survey. If a GLSL file of the method cites a section, and cites only this
+    work before, the list gives this section for the work."""
     work = find_work(row.citation)
     assert work is not None and work.sections and set(work.sections) <= set(SECTIONS)
     assert reference(row.citation).endswith(f"(survey, {work.discussed})")
@@ -96,9 +96,8 @@ def _sections(text: str) -> list[tuple[int, str]]:
 
 
 def test_cited_sections_exist() -> None:
-    """Every section of the survey that a text cites exists, and so does every number that follows
-    the word "section". (A few citations name sections of a paper. The survey has sections with
-    these numbers too.)"""
+    """The survey has every section that a text cites. It also has a section for every number after
+    the word "section", even if the text means a section of a paper."""
     found = [(name, section) for name, text in texts().items()
              for section in [section for _, section in _sections(text)]
              + re.findall(r"[Ss]ections? (\d+(?:\.\d+)*)", text)]

@@ -110,8 +110,8 @@ def test_a_file_written_for_the_former_modules_loads(folder: Path) -> None:
 
 @pytest.mark.once
 def test_the_tests_know_it(precise_renderer, folder: Path) -> None:
-    """The tests that the page names pass with the example, and with methods that differ from it in
-    their structure, their state and the columns of Table 1."""
+    """The tests that the page names pass with the example. They also pass with methods that differ
+    from the example in structure, state and the columns of Table 1."""
     text = (folder / "sweep.py").read_text()
     for name, structure in (("tree", "build_bvh(triangles)"), ("none", "None")):
         other = text

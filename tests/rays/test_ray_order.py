@@ -1,6 +1,6 @@
-"""`RayOrder` sorts each block of rays separately, or all rays together. It counts the cells in
-which rays start: for an average block, and for all blocks together. Blocks are sorted separately
-if the first number is less than three quarters of the second number."""
+"""`RayOrder` sorts each block of rays separately, or all rays together. A cell is occupied if a
+ray starts in it. Blocks are sorted separately if a block occupies, on average, less than three
+quarters of the cells that all blocks occupy."""
 from __future__ import annotations
 
 import numpy as np

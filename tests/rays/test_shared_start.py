@@ -1,5 +1,5 @@
-"""Shared start: all rays of a call may have the same origin and the same t_min of 0 or more.
-Programs then read origin and t_min from a uniform. This changes no hit."""
+"""Shared start: if all rays of a call have the same origin and the same t_min of 0 or more,
+programs read origin and t_min from a uniform. The hits stay the same."""
 from __future__ import annotations
 
 import numpy as np

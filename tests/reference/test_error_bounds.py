@@ -39,8 +39,8 @@ def exact_pair(triangle: np.ndarray, origin: np.ndarray, direction: np.ndarray
 
 
 def depths(triangle: np.ndarray, origin: np.ndarray, direction: np.ndarray) -> list[Fraction]:
-    """Return for each corner the exact t at which the ray's coordinate along the ray's dominant
-    axis equals the corner's coordinate."""
+    """Return, for each corner, the exact t at which the ray reaches the corner's coordinate along
+    the ray's dominant axis."""
     axis = int(np.abs(direction).argmax())
     return [(Fraction(float(x)) - Fraction(float(origin[axis]))) / Fraction(float(direction[axis]))
             for x in triangle[:, axis]]

@@ -169,8 +169,8 @@ def test_settle_leaves_sure_rays_alone(seed: int) -> None:
 @pytest.mark.parametrize("seed", [11])
 @pytest.mark.parametrize("rays", RAY_SETS)
 def test_the_tree_prunes_nothing_that_counts(rays: str, seed: int, monkeypatch) -> None:
-    """The tree finds the same hits as brute force, although a ray's search is pruned by the ray's
-    nearest hit so far and by the ends of its interval. Batches are small, so that hits of earlier
+    """The tree finds the same hits as brute force. The ray's nearest hit so far and the ends of
+    its interval prune the search, but no hit is lost. Batches are small, so that hits of earlier
     batches prune later batches."""
     scene = soup_scene(500, seed, 0.1)
     origins, directions = RAY_SETS[rays](scene, 400, seed)

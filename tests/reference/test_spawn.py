@@ -119,8 +119,8 @@ def test_misses_spawn_nothing() -> None:
 
 
 def shadow_rays(tracer: rt.Tracer, size: tuple[int, int]) -> tuple[Hits, np.ndarray, np.ndarray]:
-    """Returns the hits of the camera's rays and, for each hit, two texels of a shadow ray, (n, 4)
-    each: origin and t_min, then direction and t_max."""
+    """Returns the hits of the camera's rays, and the two texels of each hit's shadow ray, (n, 4)
+    each. The first texel has origin and t_min, and the second has direction and t_max."""
     tracer.render(size=size)
     batch = RayBatch(*tracer.scene.camera.rays(size))
     with tracer.gpu:

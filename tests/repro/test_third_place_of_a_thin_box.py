@@ -1,5 +1,5 @@
 """Beside an edge of a long thin box, float32 accepts both triangles that share the edge, at
-different t. The float64 test disproves one of the two hits, so it is not a place of its own."""
+different t. The float64 test rejects one of the two hits, so the ray has one location there."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,5 +1,5 @@
-"""Commands mark a stand-in scene (a procedural substitute for a paper's scene) in the text and
-JSON that they print, and in the titles of charts, heat maps, pages and films."""
+"""Commands mark a stand-in scene, which is a procedural substitute for a paper's scene. The mark
+is in the printed text and JSON, and in the titles of charts, heat maps, pages and films."""
 from __future__ import annotations
 
 import argparse

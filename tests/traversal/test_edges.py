@@ -116,7 +116,8 @@ def test_any_number_of_rays(count: int) -> None:
         assert len(tracer.occluded(origins, np.tile(np.float32([0, 0, -1]), (count, 1)))) == count
 
 
-# The quick suite runs only the last schedule here, and the others in tests/extremes (row 40).
+# The quick suite runs only the last schedule here. It runs the other schedules in tests/extremes
+# (row 40).
 @pytest.mark.parametrize("method, schedule", [
     pytest.param(row.name, schedule, marks=() if schedule == row.schedules[-1]
                  else pytest.mark.full) for row in rt.methods() for schedule in row.schedules])
@@ -155,7 +156,9 @@ def test_counters_do_not_depend_on_the_schedule(precise_renderer, method: str,
                                                 schedule: str) -> None:
     scene = soup_scene(200, 14)
     origins, directions = np.random.default_rng(9).normal(size=(2, 500, 3)).astype(np.float32)
-    if find_method(method).single:  # else rays wait under `loop`: give all the same dominant axis
+    # Under `loop`, a packet traces rays with different dominant axes one after another. Rays for
+    # packet methods therefore share one dominant axis.
+    if find_method(method).single:
         directions *= np.float32([1, 1, 1e4])
     counted = []
     for chosen in (find_method(method).schedules[-1], schedule):

@@ -102,7 +102,8 @@ def test_rays_along_an_axis_end(scenes, name):
         today = tracer.trace(at, direction)
     with rt.Tracer(scene, name, era="nv40") as tracer:
         found = tracer.trace(at, direction)
-    # Hits may differ for rays within a side of the scene's box: era boxes have no slack.
+    # The first and the last ray lie in sides of the scene's box. Their hits may differ, because
+    # era boxes have no slack.
     inside = slice(1, -1)
     assert (found.hit[inside] == today.hit[inside]).all()
 

@@ -141,7 +141,8 @@ def test_any_hit_agrees_with_closest(method: str, options: dict, schedule: dict)
     for name in FOLEY])
 def test_real_scene_matches_oracle(name: str) -> None:
     """Every method but brute force agrees with the float64 oracle on up to 4,096 rays of each
-    kind. In the quick suite, methods that may test all triangles for each ray trace 64 rays."""
+    kind. In the quick suite, methods that may test all triangles for each ray trace only 64 rays
+    of each kind."""
     scene = real_scene(name)
     sets = [RAY_SETS[rays](scene, 4096, 23) for rays in ("eye", "random", "surface")]
     truths = [rt.reference.trace(scene, *chosen, accelerated=True) for chosen in sets]
@@ -167,8 +168,8 @@ def test_real_scene_bars(precise_renderer, name: str, rays: str) -> None:
     the oracle on up to 65,536 rays.
 
     A method is slow if it shares lists between rays, has no acceleration structure, or draws a
-    pass per step. A slow method traces all eye rays once. In all other cases it traces only every
-    sixteenth ray.
+    pass per step. A slow method traces all eye rays once, with its default settings. In all other
+    runs, a slow method traces only every sixteenth ray.
     """
     scene = real_scene(name)
     chosen = RAY_SETS[rays](scene, 65_536, 29)
@@ -202,7 +203,8 @@ def test_real_scene_bars(precise_renderer, name: str, rays: str) -> None:
 @pytest.mark.parametrize("method", [row.name for row in rt.methods() if row.name != "brute-force"])
 def test_a_hit_ends_the_search(method: str) -> None:
     """Rays that miss the soup visit many nodes. A wall in front of the soup stops these rays
-    early. In some setting of each method, the rays then visit less than half as many nodes."""
+    early. With at least one setting of each method, the rays then visit less than half as many
+    nodes."""
     wall = np.float32([[[-3, -3, 1.5], [3, -3, 1.5], [0, 4, 1.5]]])
     triangles = np.concatenate([wall, random_soup(1500, seed=6, size=0.03)])
     scene = rt.Scene.from_arrays(triangles.reshape(-1, 3),

@@ -1,5 +1,5 @@
-"""A packet method writes its hits in one of two layouts: as the arrays that the caller gets, or as
-textures with an entry per ray, for later passes. Both layouts have the same hits."""
+"""A packet method writes its hits in one of two layouts: arrays for the caller, or textures with
+an entry per ray for later passes. Both layouts have the same hits."""
 from __future__ import annotations
 
 import numpy as np

@@ -148,9 +148,9 @@ def test_no_aimed_ray_is_left_out(precise_renderer, tile: int, octants: bool, se
 
 @pytest.mark.parametrize("tile", ENTRIES)
 def test_what_is_left_out_counts_nothing(precise_renderer, tile: int | None) -> None:
-    """A call that skips tiles is compared with a call that draws all packets. Each ray's counter
-    is the same or zero. At most half as many fragments run `packet.frag`, and the other fragments
-    run `packet_none.frag`."""
+    """A call that skips tiles is compared with a call that draws all packets. Each ray's counters
+    are the same in both calls, or zero if tiles are skipped. At most half as many fragments run
+    `packet.frag`, and the other fragments run `packet_none.frag`."""
     scene, origins, directions = seen((128, 128), 7)
     t_max = np.full(origins.shape[:2], np.inf)
     t_max[:, 64:] = -1

@@ -149,7 +149,7 @@ def test_scrubbing_shows_each_pass(viewer: Viewer) -> None:
     viewer.look_at("passes")
     settle(viewer)
     live = [one.live for one in viewer.journey.kept]
-    assert 0.25 < live[viewer.index] / live[0] < 0.75, "not about half the rays are live"
+    assert 0.25 < live[viewer.index] / live[0] < 0.75, "too few or too many live rays"
     opened = viewer.image
     viewer.go_to(0)
     assert (viewer.image != opened).any()

@@ -1,5 +1,5 @@
-"""Measures a page: the time to the first picture, the time from each move of a drag to the picture
-for this move, and the processor time of the browser."""
+"""Measures a page: the time to the first picture, the time from each move of a drag to its
+picture, and the processor time of the browser."""
 from __future__ import annotations
 
 import os

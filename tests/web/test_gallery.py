@@ -1,5 +1,5 @@
-"""Tests the gallery. It has a page for each method that runs in a browser, a page (a "twin") for
-some of the figures of ``make figures``, and an index that links to all pages."""
+"""Tests the gallery. It has a page for each method that runs in a browser, and an index that links
+to all pages. Some figures of ``make figures`` have a page too (a "twin")."""
 from __future__ import annotations
 
 import re

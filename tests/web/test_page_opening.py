@@ -32,8 +32,9 @@ def browser(exact_renderer) -> Iterator[Browser]:
     ("cornell", "bvh-packet"), ("stadium", "grid")])
 def test_the_step_is_in_mid_search(scene: str, name: str) -> None:
     """At the opening step, at least half of the hits are found, and the search goes on. If all
-    rays end together, the page opens with the finished picture. The opening ray takes the most
-    steps, and hits if a ray with as many steps hits."""
+    rays end together, the page opens with the finished picture. No ray takes more steps than the
+    opening ray. If several rays take the most steps, and one of them hits, the opening ray
+    hits."""
     found = rt.load_scene(scene)
     costs = ray_costs(found, name, 32)
     with rt.Tracer(found, name, statistics=True) as tracer:
@@ -88,9 +89,9 @@ OPENED = ("brute-force", "kd-restart", "grid", "bvh-threaded", "bvh-packet", "kd
 @in_browser
 def test_the_opening_ray_has_the_most_steps_of_the_table(browser: Browser,
                                                          tmp_path: Path) -> None:
-    """Without `rays` in the address, the page has 64 rays across, so its opening ray is a test
-    ray. Another number of rays or another camera has other rays, and the page opens without a
-    ray."""
+    """Without `rays` in the address, the page traces 64 x 64 rays. Its opening ray is one of the
+    rays of the page's test. With another number of rays or another camera, the page opens without
+    a ray."""
     scene, text = rt.load_scene("cornell"), written(OPENED)
     opened(browser, tmp_path, text)
     assert browser.run("chosen.method.name") == "kd-restart"    # brute-force shows no search

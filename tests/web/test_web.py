@@ -219,8 +219,8 @@ def _wrong_stack(told: dict) -> None:
     (_never_pushes, "kd-texture-stack"), (_wrong_stack, "kd-texture-stack")])
 def test_wrong_hits_are_reported(exact_renderer, tmp_path: Path,
                                  change: Callable[[dict], None], second: str) -> None:
-    """The page must not call the second method exact if this method traces other rays, or if one
-    of its passes writes nothing or writes to a wrong place. In these cases, the render targets may
+    """The page must not call the second method exact in three cases: this method traces other
+    rays, a pass writes nothing, or a pass writes to a wrong place. The render targets may then
     still hold the right hits of the first method."""
     page = tmp_path / "page.html"
     page.write_text(changed(written(("kd-restart", second)), change))

@@ -51,7 +51,7 @@ def test_each_cell_comes_once(workers: Workers) -> None:
     found = [*beside.done(), *beside.done(wait=True)]
     assert sorted(TREES, key=str) == sorted([*mine, *(cell for cell, _ in found)], key=str)
     assert os.getpid() not in {result["pid"] for _, result in found}
-    assert not list(beside.done(wait=True)), "the second call waited for results"
+    assert not list(beside.done(wait=True)), "a result came twice"
 
 
 def test_a_killed_helper_loses_nothing(workers: Workers, tmp_path) -> None:

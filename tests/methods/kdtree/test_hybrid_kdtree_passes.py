@@ -25,7 +25,8 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
                                                else pytest.mark.full) for name in SCENES])
 def test_a_tree_by_passes_gives_the_same_hits(precise_renderer, name: str) -> None:
     """Random rays, and rays that aim at edges, have the hits of brute force. In the scenes, some
-    triangles lie in planes of the Morton lattice. A split at such a plane must not drop them."""
+    triangles lie in planes of the Morton lattice. A split at such a plane must not drop these
+    triangles."""
     scene = scene_of(SCENES[name]())
     with rt.Tracer(scene, "brute-force") as brute, rt.Tracer(
             scene, "kd-stack", build="hybrid", build_device="gpu") as tracer:

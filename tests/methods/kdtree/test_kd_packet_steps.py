@@ -1,5 +1,5 @@
-"""Tests of packets in kd-trees under the schedule `step`: the rays of a packet vote on the next
-node in one pass, and move there in the next pass."""
+"""Tests of packets in kd-trees under the schedule `step`. In one pass, the rays of a packet vote
+on the next node. In the next pass, they move there."""
 from __future__ import annotations
 
 from typing import Any
@@ -14,9 +14,9 @@ from gpgpu_rt.methods import find_method
 from gpgpu_rt.methods.kdtree.tree import LEAF
 from gpgpu_rt.rays.records import HIT
 
-# Variants of packet methods. The first three are those of Horn et al. 2007: restart, push-down,
-# and short stack. The next three have other sizes of stacks or packets; three more follow ropes.
-# The last three visit empty leaves, as the packets of that paper do.
+# Variants of packet methods. The first three are restart, push-down and short stack, as in Horn et
+# al. 2007, but they skip empty leaves. The next three have other sizes of stacks or packets; three
+# more follow ropes. The last three visit empty leaves, as the packets of Horn et al. do.
 FORMS: list[tuple[str, dict[str, Any]]] = [
     ("kd-packet", {"push_down": False, "stack_size": 0}),
     ("kd-packet", {"push_down": True, "stack_size": 0}),
@@ -88,7 +88,8 @@ def test_packets_at_the_edges_of_odd_images(precise_renderer, method: str,
 
 @pytest.mark.parametrize("method, options", FORMS, ids=str)
 def test_states_fit_the_targets_of_the_papers_cards(method: str, options: dict) -> None:
-    """A packet's state, and a ray's state with its hit, need at most TARGETS render targets."""
+    """A packet's state needs at most TARGETS render targets. So does a ray's state together with
+    the ray's hit."""
     row = find_method(method)
     packet = row.packet_state(row.resolved({**STEP, **options})).state
     ray = row.formed({**STEP, **options}).state

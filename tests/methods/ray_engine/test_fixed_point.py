@@ -19,8 +19,8 @@ def modelled(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray,
     the nearest edge.
 
     t is in world units, and inf for a miss. The distance is the smallest of the hit point's signed
-    distances from the three edges, in steps of the fixed-point format. It is negative outside the
-    triangle. The model computes in float32 and rounds each result to a step.
+    distances from the three edges, in steps of the fixed-point format. The distance is negative
+    outside the triangle. The model computes in float32 and rounds each result to a step.
     """
     numbers, uniforms = FIXED_POINT[name], fixed_uniforms(name, scene.triangles)
 
@@ -72,7 +72,7 @@ def test_hits_are_those_of_a_model(name: str) -> None:
     assert (np.isfinite(nearest) == found.hit)[enters].mean() > 0.999
     both = found.hit & np.isfinite(nearest)
     assert (np.abs(found.t[both] / nearest[both] - 1) < 1e-5).mean() > 0.995
-    # The t of each hit that the tracer and the model find is a multiple of the step.
+    # The tracer's t is a multiple of the step, at each hit that the model finds too.
     steps = found.t[both] * fixed_uniforms(name, scene.triangles)["fixed_scale"] * (
         np.linalg.norm(directions[both], axis=1)) / FIXED_POINT[name].step
     assert np.abs(steps - np.round(steps)).max() < 0.01

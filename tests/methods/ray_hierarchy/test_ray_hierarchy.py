@@ -106,7 +106,7 @@ def test_no_triangle_is_rejected_that_a_ray_hits(precise_renderer, side: int, pl
     sets = [RAY_SETS[kind](scene, side * side // 4, seed)
             for kind in ("random", "vertices", "edges", "surface")]
     origins, directions = (np.concatenate(parts) for parts in zip(*sets))
-    # Sort the rays by origin and direction, row by row, so that tiles have narrow cones.
+    # Sort the rays by direction and then by origin, so that tiles have narrow cones.
     order = np.lexsort([rng.random(len(origins)), np.floor(8 * (origins[:, 0] - place)),
                         np.floor(4 * directions[:, 1])])
     rays = origins[order], directions[order]

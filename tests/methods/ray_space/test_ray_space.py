@@ -51,8 +51,9 @@ def crossed_soup(count: int, seed: int) -> rt.Scene:
 
 
 def listed(tracer: rt.Tracer) -> tuple[np.ndarray, np.ndarray]:
-    """Return whether each list holds each triangle, (lists + 1, triangles) bool, and for each ray
-    of the last call, (n,), the index of its list. The last index stands for no list."""
+    """Return two arrays. The first, (lists + 1, triangles) bool, says which triangles each list
+    holds. The second, (n,), holds the index of the list of each ray of the last call. The last
+    index stands for no list."""
     structure = tracer.accelerator.structure
     triangle = structure.triangle
     if isinstance(structure, RayBoxes):

@@ -21,7 +21,8 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
 
 def errors(scene: rt.Scene, camera: Camera, smooth: bool, ior: float = 1.5
            ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return errors, and the pixels' kinds by image-space refraction and by the reference.
+    """Return errors, and each pixel's kind, once by image-space refraction and once by the
+    reference.
 
     The errors, (k,), are angles in degrees. The errors belong to the pixels in which both
     image-space refraction and the float64 reference refract a ray twice. The kinds, (n,) each, are

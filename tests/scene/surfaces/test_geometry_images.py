@@ -88,8 +88,8 @@ def test_built_images(precise_renderer, name: str) -> None:
 
 def test_the_car_in_one_pass_equals_its_five_images_one_after_another(precise_renderer) -> None:
     """Carr et al. traced each image by itself. One pass over all five images finds the same hits
-    as five passes, and visits fewer nodes, because the nearest t of an image shortens the search
-    in the next image."""
+    as five passes. It visits fewer nodes, because the nearest t of an image shortens the search in
+    the next image."""
     car = rt.load_scene("car")
     assert len(car.charts) == 5 and car.stand_in
     counts = [2 * (rows - 1) * (columns - 1) for rows, columns in car.charts]
@@ -171,8 +171,8 @@ def test_the_distance_to_the_surface_is_measured(capsys, tmp_path, size: int, cu
     corners = mesh.vertices[:, None] - texels[None]
     extent = np.ptp(mesh.vertices, axis=0).max()
     nearest = np.sqrt((corners ** 2).sum(axis=2).min(axis=1)).max() / extent
-    # For each vertex, the nearest texel is farther away than the nearest triangle by at most about
-    # the length of an edge. `edge` is the longest edge between two rows of texels.
+    # A vertex's nearest texel is at most about one edge farther away than the vertex's nearest
+    # triangle. `edge` is the longest edge between two rows of texels.
     edge = np.linalg.norm(np.diff(texels.reshape(size + 1, size + 1, 3), axis=0), axis=2).max()
     assert nearest - edge / extent <= share < 2 * nearest + 0.02
 
