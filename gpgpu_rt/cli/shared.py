@@ -57,7 +57,7 @@ def names(text: str) -> list[str]:
 
 
 class Collect(argparse.Action):
-    """Appends names to the names that the same option gave before; keeps each name once."""
+    """Adds names to the list that earlier uses of the option made; keeps each name once."""
 
     def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, values: Any,
                  word: str | None = None) -> None:

@@ -7,7 +7,7 @@
 fp16 is s10e5 with denormals, as in OpenEXR and NV30. fp24 is ATI's s16e7 of R300 to R500, without
 denormals, emulated in float32. The option ``rounding`` exists because no source states for certain
 how this hardware rounded. A finite value above the largest number becomes the largest number, so
-infinity means only "no end".
+rounding never makes a finite ``t_max`` infinite.
 """
 from __future__ import annotations
 
