@@ -1,4 +1,4 @@
-"""Number formats of the hardware of 2002-2007: rounds as its textures and kernels did.
+"""Number formats of the hardware of 2002-2007: rounds numbers as that hardware did.
 
 ``storage`` is the format of the geometric channels of ray, state, hit and node textures.
 ``arithmetic`` is the format to which each result of a kernel is rounded. Indices stay exact.

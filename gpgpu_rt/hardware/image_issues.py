@@ -45,8 +45,8 @@ WARP_PACKET = (4, 4)
 RUNS = {"down": ("nodes_visited", 1.0), "traverse": ("nodes_visited", 2.0),
         "follow_rope": ("leaves_visited", 1.0),
         "intersect": ("triangles_tested", 1 / math.prod(WARP_PACKET))}
-# Kernel -> the packet's kernel that visits the same nodes or triangles, and the state's field with
-# the node or the cursor.
+# Kernel -> the packet method's kernel that visits the same nodes or triangles, and the field of
+# the state that holds the node or the cursor.
 PLACES = {"down": ("traverse", "node"), "traverse": ("traverse", "node"),
           "follow_rope": ("leave", "node"), "intersect": ("intersect", "cursor")}
 

@@ -25,7 +25,7 @@ from .static_costs import COMPILERS, PACKETS, era_programs, packet_methods, stat
 LEFT_OUT = {"drivers/tile_counts.frag"}
 # Under `loop`, these programs have a loop whose length depends on the rays.
 LOOPS = {"drivers/traverse.frag", "drivers/packet.frag"}
-ERA = "era"     # stands for the era form in place of a schedule
+ERA = "era"     # stands for the era form in a key (method, schedule)
 SIZE = 8   # side of the image in pixels; programs do not depend on it
 
 

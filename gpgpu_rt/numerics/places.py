@@ -48,7 +48,8 @@ def first_hits_of_places(ray: np.ndarray, t: np.ndarray, corners: np.ndarray,
                  & _side_by_side(*pairs[::2]))
     group = np.cumsum(new)
     first = rows[_nearest_first(group, exact, np.where(sharp.possible, sharp.t_bound, np.inf))]
-    # Merge both kinds of rows. Every place keeps its rank among the places of its group.
+    # Merge the lone hits with the first hits of the other places. The places of a ray stay in the
+    # order of t.
     found = np.concatenate([np.flatnonzero(alone), first])
     return found[np.argsort(np.cumsum(begins)[found], kind="stable")]
 

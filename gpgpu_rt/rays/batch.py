@@ -124,7 +124,7 @@ class RayBatch:
         starts = [start for *_, start in laid]
         alike = bool(starts) and all(_same(start, starts[0]) for start in starts)
         self.start = starts[0] if alike else None
-        self._starts = list(zip(blocks, starts))    # None if the origins are written
+        self._starts = list(zip(blocks, starts))    # a start of None: the origins are written
         if not alike:
             self._lay_out_starts()
 

@@ -39,8 +39,8 @@ def reduce_by_blocks(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
 
 def reduce_children(room: StreamRoom, children: Stream, count: int, pair: Record,
                     into: Stream | None = None) -> tuple[Stream, int]:
-    """Return a stream of the pairs (such as a triangle and a node of rays) in the first ``count``
-    elements of ``children``, and the number of pairs.
+    """Return a stream of the pairs in the first ``count`` elements of ``children``, and the number
+    of pairs. A pair is, for example, a triangle and a node of a hierarchy of rays.
 
     Parameters
     ----------

@@ -14,8 +14,8 @@ SWING = 0.32           # radians; largest angle of a leg forwards and backwards
 BEND = 0.7             # radians; largest bend of a knee while its foot is in the air
 HIP = 1.45             # height of the hips in world units; the animal is about four units long
 RADIUS = 3.2           # radius of the circle on which the animal walks, world units
-# (x, z) of each leg's hip -> the leg's phase as a share of a step, in the order: hind leg and
-# front leg of one side, then of the other side.
+# (x, z) of each leg's hip -> the leg's phase as a share of a step. The legs move in this order:
+# hind leg and front leg of one side, then hind leg and front leg of the other side.
 GAIT = {(1.1, -0.4): 0.0, (-1.1, -0.4): 0.25, (1.1, 0.4): 0.5, (-1.1, 0.4): 0.75}
 # Indices of bones. From index LEGS on, each leg has two bones: a thigh and a shin.
 TORSO, HEAD, TAIL, LEGS = 0, 1, 2, 3
