@@ -9,7 +9,7 @@ from typing import Any
 
 from ..errors import OptionError, nearest_names
 
-# The name of a limit: a program that stores a table's index in one channel can address only as
+# The name of a limit. A program that stores a table's index in one channel can address only as
 # many texels as the card's numbers can count. The papers' programs avoided this limit on cards
 # with fp24: they stored two coordinates in two channels.
 INDEX = "index"

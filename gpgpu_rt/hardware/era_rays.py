@@ -1,5 +1,7 @@
-"""Era rays: keeps samples of the rays of passes in the era form (docs/era.md), to predict the time
-that a card would have taken for them."""
+"""Era rays: keeps samples of the rays of passes in the era form (docs/era.md).
+
+From these samples, era_time.py predicts the time that a card would have taken.
+"""
 from __future__ import annotations
 
 from collections import Counter

@@ -23,7 +23,7 @@ from .cards import Card, Sourced
 from .issue import WITHIN
 from .loop_costs import LoopCost
 
-TESTS = ("intersect",)     # kernels that test triangles; the others traverse
+TESTS = ("intersect",)     # kernels that test triangles; all other kernels traverse
 
 
 class Machine(Sourced):

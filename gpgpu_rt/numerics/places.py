@@ -41,9 +41,8 @@ def first_hits_of_places(ray: np.ndarray, t: np.ndarray, corners: np.ndarray,
     reach = np.where(np.isfinite(blurred.t_bound), blurred.t_bound, 0)
     exact = np.clip(np.where(np.isfinite(blurred.t), blurred.t, t), t - reach, t + reach)
     new = _begins(np.cumsum(begins)[rows], t, reach)
-    # Beside the edge of a long thin triangle, float32 may find two hits: the hit on the triangle
-    # across the edge, and a hit on the thin triangle, which float64 disproves. The ray crosses
-    # only one of these two triangles.
+    # Beside the edge of a long thin triangle, float32 may find a hit on both triangles at the
+    # edge. The ray crosses only one of the two triangles, and float64 disproves the other hit.
     new[1:] &= ~((np.diff(ray[rows]) == 0) & (sharp.possible[1:] != sharp.possible[:-1])
                  & _side_by_side(*pairs[::2]))
     group = np.cumsum(new)

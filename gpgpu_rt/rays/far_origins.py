@@ -31,7 +31,7 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
     Returns
     -------
     (n, 3) float32 origins; and (n,) float64, the distance that each origin was moved, in units of
-    its direction's length, or None if no origin was moved
+    its direction's length. The distances are None if no origin was moved
     """
     centre, radius = sphere(lo, hi)
     if not len(origins) or _near(origins, centre, radius):

@@ -40,8 +40,8 @@ def walker_at(seconds: float) -> np.ndarray:
     triangles, bone = _rest()
     turns, moves = _pose(seconds / STEP_SECONDS)
     posed = np.einsum("kij,kvj->kvi", turns[bone], triangles) + moves[bone, None]
-    # In half a step, a foot on the ground moves backwards by 2 * SWING * HIP relative to the body,
-    # and the animal moves forwards at the same mean speed, so that the foot hardly slides.
+    # In half a step, a foot on the ground moves backwards by 2 * SWING * HIP relative to the body.
+    # The animal moves forwards at the same mean speed, so that the foot hardly slides.
     speed = 4 * SWING * HIP / STEP_SECONDS
     round_about = _turn_about(1, -speed * seconds / RADIUS)
     posed = (posed + (0, 0, RADIUS)) @ round_about.T
