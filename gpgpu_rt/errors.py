@@ -71,8 +71,8 @@ def memory_limited(function: Callable[Given, Made]) -> Callable[Given, Made]:
 
 
 def how_to_install(extra: str) -> str:
-    """Return the command that installs an extra of setup.cfg, from the checkout or a wheel,
-    because no package index serves this package."""
+    """Return the command that installs an extra of setup.cfg. No package index serves this
+    package, so the command installs from the checkout or from a wheel."""
     if os.path.exists(os.path.join(os.path.dirname(__file__), os.pardir, "setup.cfg")):
         return f"in the checkout's folder, pip install -e '.[{extra}]'"
     return f"pip install 'WHEEL[{extra}]', where WHEEL is the file of this package's wheel"

@@ -123,7 +123,7 @@ class Statistics:
         self.__dict__.update(Statistics(rays=rays, **self.of_structure()).__dict__)
 
     def add(self, **figures: float) -> None:
-        """Add to the counts in ``driver``. They are sums over a driver's runs in a call."""
+        """Add to the counts in ``driver``, which are sums over a driver's runs in a call."""
         for name, value in figures.items():
             self.driver[name] = self.driver.get(name, 0.0) + value
 

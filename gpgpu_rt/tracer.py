@@ -306,7 +306,7 @@ class Tracer:
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
         """Return the plan of `render`, without drawing: the passes, textures and defines that
-        `render` would use, and why it would omit the others.
+        `render` would use, and the reason for each that `render` would omit.
 
         Parameters
         ----------

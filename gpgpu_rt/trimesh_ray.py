@@ -78,8 +78,8 @@ class RayMeshIntersector:
         ray_origins, ray_directions : (n, 3) float
         return_locations : whether to return the positions of the hits, too
         multiple_hits : whether to return all hits of a ray, or only the first
-        max_hits : largest number of hits per ray (with ``coincident=False``, of places), nearest
-            first; None returns all
+        max_hits : return only this many of the nearest hits of each ray; with
+            ``coincident=False``, this many of the nearest places. None returns all
 
         Returns
         -------
@@ -100,9 +100,10 @@ class RayMeshIntersector:
         """Return the places where rays hit the mesh, each place once.
 
         Two hits of a ray belong to the same place, for example at an edge, if neither float32 nor
-        float64 can separate them (`numerics/places.py`). Thus the two sides of a thin sheet, seen
-        from afar, are two places. If only float64 can separate them, the nearer place comes first
-        here, but ``intersects_first`` and ``max_hits=1`` may name the triangle of the other place.
+        float64 can separate the hits (`numerics/places.py`). The two sides of a thin sheet, seen
+        from afar, are two places, because float64 separates them. If only float64 separates two
+        places, this function returns the nearer place first, but ``intersects_first`` and
+        ``max_hits=1`` may name the triangle of the other place.
 
         Parameters
         ----------

@@ -24,7 +24,7 @@ Command = Callable[[str, Callable[[argparse.Namespace], None], str], Parser]
 
 NONE = "none"       # the word for no method or no engine
 _WORD = re.compile(r"--[a-z-]+")
-_PLACE = re.compile(r"-[\d.][^,]*,.*")     # numbers of which the first is negative: -1,0,2
+_PLACE = re.compile(r"-[\d.][^,]*,.*")     # a vector that begins with a negative number: -1,0,2
 
 
 def all_owners() -> list[tuple[str, Sequence[Option]]]:
@@ -57,7 +57,7 @@ def names(text: str) -> list[str]:
 
 
 class Collect(argparse.Action):
-    """Appends names to the names that the same option gave before; keeps each name once."""
+    """Adds names to the list that earlier uses of the option made; keeps each name once."""
 
     def __call__(self, parser: argparse.ArgumentParser, chosen: argparse.Namespace, values: Any,
                  word: str | None = None) -> None:
@@ -82,8 +82,8 @@ def add_method(sub: argparse.ArgumentParser, text: str, required: bool = False) 
 def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> None:
     """Declare ``-m`` for several methods; ``chosen.methods`` is their list.
 
-    ``default`` describes the default for the help. With ``default``, ``-m`` is optional, and
-    ``chosen.methods`` is None without ``-m``.
+    ``default`` says in the help what applies without ``-m``. If ``default`` is None, ``-m`` is
+    required. Otherwise, ``chosen.methods`` is None if the user gives no ``-m``.
     """
     sub.add_argument("-m", "--method", "--methods", required=default is None, action=Collect,
                      dest="methods", metavar="NAME,NAME,...", type=names,

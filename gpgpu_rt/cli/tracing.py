@@ -128,7 +128,8 @@ def _render(chosen: argparse.Namespace) -> None:
 
 def _watched_for_card(tracer: Tracer) -> AbstractContextManager[
         Callable[[tuple[int, int]], tuple[dict[str, Any], list[str]]]]:
-    """Return `watched_for_card` under the option ``era``, else a context that measures nothing."""
+    """Return the context `watched_for_card` under the option ``era``; without this option, return
+    a context that measures nothing."""
     if not tracer.options["era"]:
         return nullcontext(lambda size: ({}, []))
     # Import the model of the cards only here: most pictures do not need it.

@@ -45,7 +45,7 @@ def box(cells: int = 1) -> np.ndarray:
 
 
 def tube(sections: int, height: float) -> np.ndarray:
-    """Return a closed tube of radius 1 along z, (4 sections, 3, 3) float64. The triangles of its
+    """Return a closed tube of radius 1 along z, (4 * sections, 3, 3) float64. The triangles of its
     wall are as long as the tube; two fans close the tube. ``sections`` is a multiple of 4.
 
     For s from 0 to 1, (1 - s^2, 2 s) / (1 + s^2) is a quarter of the circle.

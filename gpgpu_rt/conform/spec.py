@@ -31,7 +31,7 @@ from .export import case_to_dict
 
 ENGINE, METHOD, FUNCTION, COMMAND = "engine", "method", "function", "command"
 PLACES = ("{cases}", "{answers}")
-COMMAND_SECONDS = 120   # limit for a call of a program; `runner.SECONDS` exceeds two calls
+COMMAND_SECONDS = 120   # limit for a call of a program; `runner.SECONDS` allows two calls
 
 
 @dataclass(frozen=True)

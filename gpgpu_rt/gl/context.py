@@ -105,7 +105,8 @@ class Gpu:
         self.compilations: list[Any] | None = None    # filled by gl/shader.py
         self.observers = Observers()
         self.whole = False    # whether passes draw even texels that they know to be empty
-        self.keeps_own_arrays: bool | None = None   # set by traversal/own_arrays.py
+        # Whether local arrays work (traversal/own_arrays.py); None before the first check.
+        self.keeps_own_arrays: bool | None = None
         self.fences = KeptFences(context, self.renderer)
         self._queries: list[moderngl.Query] = []
         self._rest: moderngl.Framebuffer | None = None

@@ -31,8 +31,8 @@ class FragmentPass:
     label : the pass's name in logs; if empty, logs use ``name``
     kernel : the method's kernel, as in ``ObservedPass``, or empty
     samplers : names of the textures that the compiled program reads
-    reads : names of the other uniforms that the compiled program reads. A pass over the whole
-        target leaves out the uniforms of its vertex program, which each draw sets
+    reads : names of the other uniforms that the compiled program reads. `FullScreenPass` leaves
+        out ``scale`` and ``depth``, because it sets them at each draw
     uniforms : the values set so far, by name
     """
 

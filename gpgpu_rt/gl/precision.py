@@ -1,4 +1,4 @@
-"""Number formats of the hardware of 2002-2007: rounds as its textures and kernels did.
+"""Number formats of the hardware of 2002-2007: rounds numbers as that hardware did.
 
 ``storage`` is the format of the geometric channels of ray, state, hit and node textures.
 ``arithmetic`` is the format to which each result of a kernel is rounded. Indices stay exact.
@@ -7,7 +7,7 @@
 fp16 is s10e5 with denormals, as in OpenEXR and NV30. fp24 is ATI's s16e7 of R300 to R500, without
 denormals, emulated in float32. The option ``rounding`` exists because no source states for certain
 how this hardware rounded. A finite value above the largest number becomes the largest number, so
-infinity means only "no end".
+rounding never makes a finite ``t_max`` infinite.
 """
 from __future__ import annotations
 

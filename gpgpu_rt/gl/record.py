@@ -86,7 +86,7 @@ class Record:
     name : Name of the record, and prefix of its accessors in GLSL.
     layout : Declaration of the fields.
     storage : Format of the geometric fields. Set by ``stored``.
-    half_texels : Number of texels, from the first on, in half float textures. Set by ``stored``.
+    half_texels : The first ``half_texels`` texels are in half float textures. Set by ``stored``.
     uniform_texels : Texels that are the same for all of a stream's records. Programs read these
         from uniforms. If texel 0 of ``rays`` is uniform, the define RAYS_TEXEL_0_UNIFORM is set.
     define : GLSL define that distinguishes a stream's record from records of the same name with

@@ -2,13 +2,14 @@
 
 ANGLE translates `a ? b : c`, `a && b` and `a || b` into a branch, unless b and c are plain names
 or constants. Each branch in a loop doubles the time and memory that SwiftShader needs for the
-loop: the search for back edges (`Spirv::Function::ExistsPath`) queues each block once for every
-path to it. Within `picked_value(a, b, c)`, arguments are plain names, so a call makes no branch.
+loop. The reason is SwiftShader's search for back edges (`Spirv::Function::ExistsPath`), which
+queues each block once for every path to the block. Within `picked_value(a, b, c)`, arguments are
+plain names, so a call makes no branch.
 
-A selection (one of these expressions) is rewritten only if both values may be computed: they
-assign nothing, call no function with an effect or a loop, and read no array outside its bounds.
-So they may index an array only by a function's parameter. Programs pass only numbers of rays or
-axes as such indices, and these numbers lie inside the array.
+A selection (one of these expressions) is rewritten only if computing both of its values is always
+harmless. Such values assign nothing, call no function with an effect or a loop, and read no array
+outside its bounds. A value may therefore index an array only by a function's parameter. Programs
+pass only numbers of rays or axes as such parameters, and these numbers lie inside the array.
 """
 from __future__ import annotations
 

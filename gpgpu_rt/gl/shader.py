@@ -52,7 +52,7 @@ class Source:
 
     Attributes
     ----------
-    runs : runs of consecutive lines of a file, each as (number of lines of the text before the
+    runs : runs of consecutive lines of a file. A run is (number of lines of the text before the
         run, file, first line in the file, number of lines)
     """
 

@@ -29,8 +29,8 @@ class Target:
     records : a Record, or several Records in the order of the render targets
     size : (width, height) in texels
     depth : a depth buffer of the same size. Draws are tested against it, but do not write it
-    borrowed : name -> textures of another object, which also releases the textures. The record of
-        this name uses these textures. Without such a record, the textures are further targets
+    borrowed : name -> textures that another object owns and releases. The record of this name
+        uses these textures. If no record has this name, the textures are extra render targets
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Target:
 
     def samplers(self, as_name: str | None = None) -> Mapping[str, moderngl.Texture]:
         """Return sampler name -> texture, read-only. ``as_name`` renames the only record."""
-        # Every draw needs the names: keep them until the streams change.
+        # Every draw needs this mapping, so keep it until the streams change.
         if as_name is None and self._sampled[0] is self.streams:
             return self._sampled[1]
         found = MappingProxyType({

@@ -8,7 +8,7 @@ The modules compute the time of a program on a card, step by step:
 * ``trace``: The kernel that each ray runs in each step, recorded from real passes.
 * ``issue``: How often a group of pixels that branch together issues a kernel, and how many of its
   pixels wait. Counters in shaders cannot show how long a ray waits for its neighbours.
-* ``image_issues``: These counts for an image, from samples of its rays.
+* ``image_issues``: The counts of ``issue`` for an image, from samples of the image's rays.
 * ``machine_model``: Predicts seconds from these counts, with no fitted constant.
 * ``program_forms``: The forms in which a card can run a method's kernels.
 * ``prediction``: `predict`, all these steps in one call.

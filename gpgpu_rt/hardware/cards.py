@@ -9,8 +9,9 @@ from typing import Any
 
 from ..errors import OptionError, nearest_names
 
-# The limit of a program that stores a table's index in one channel. Two coordinates, in two
-# channels, address more texels; the papers' programs used them on cards with fp24.
+# The name of a limit. A program that stores a table's index in one channel can address only as
+# many texels as the card's numbers can count. The papers' programs avoided this limit on cards
+# with fp24: they stored two coordinates in two channels.
 INDEX = "index"
 
 

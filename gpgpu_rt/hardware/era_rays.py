@@ -1,5 +1,7 @@
-"""Era rays: keeps samples of the rays of passes in the era form (docs/era.md), to predict the time
-that a card would have taken for them."""
+"""Era rays: keeps samples of the rays of passes in the era form (docs/era.md).
+
+From these samples, era_time.py predicts the time that a card would have taken.
+"""
 from __future__ import annotations
 
 from collections import Counter
@@ -16,11 +18,11 @@ from ..tracer import Tracer
 from ..traversal.era_packets import LOOP
 from .image_issues import Samples, sampled
 
-# Without packets: the program that writes a call's rays, and the kernel of the next pass.
+# The program RAYS writes a call's rays. In methods without packets, the next pass runs INIT.
 RAYS, INIT = "era/rays.frag", "init"
-# A few calls of each kind (any hit or nearest hit) are kept. They stand for all calls of the kind.
-# The sides of their samples are those of `predict`, divided by SHRINK: a prediction from samples
-# of full size takes several times as long.
+# At most MOST_CALLS calls of each kind (any hit or nearest hit) are kept, and stand for all calls
+# of the kind. Their samples have 1 / SHRINK of the width and height that `predict` samples: larger
+# samples would multiply the time of a prediction.
 MOST_CALLS, SHRINK = 4, 2
 ANY_HIT = "#define ANY_HIT\n"     # in the fragment text of programs that stop at the first hit
 

@@ -66,8 +66,8 @@ class EraTime:
     def on_card(self, form: str | None = None) -> CardTime:
         """Return the predicted time of the traversal's passes, without shading.
 
-        If the only reason in ``refusals`` is the limit INDEX, the time is that of kernels that
-        address texels by two coordinates, as in the papers, at no further cost.
+        The limit INDEX in ``refusals`` is no obstacle: the time is then that of kernels that
+        address texels by two coordinates, as in the papers. The second coordinate costs nothing.
 
         Parameters
         ----------

@@ -1,9 +1,9 @@
 """Image issues: counts how often a card issues a method's kernels, for an image's rays.
 
-An issue runs a kernel for all pixels that branch together (issue.py). Not all rays are traced,
-except packets on the G80: an even sample of the image gives each kernel's runs, and the numbers of
-passes and queries. Tiles of the image give the lanes of each run, because only neighbours branch
-together.
+An issue runs a kernel for all pixels that branch together (issue.py). Only samples of the rays are
+traced. Evenly spread pixels give each kernel's runs, and the numbers of passes and queries. Tiles
+of the image give the lanes of each run, because only neighbours branch together. For packets on
+the G80, all rays are traced.
 """
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ SPARSE = 128     # the image is also sampled at SPARSE x SPARSE pixels, evenly s
 BLOCK = (8, 8)   # (h, w) of the pixels that the early depth test rejects together, under BLOCKS
 # Options for a trace with the era form's triangle test. A pass runs one step of every ray.
 STEPWISE = {"schedule": "step", "steps_per_pass": 1, "intersection": "moller-trumbore"}
-# The largest packet of this program. Two such packets make a warp's packet (warp_packets.py).
+# The largest packet of a packet method. Two such packets make a warp's packet (warp_packets.py).
 WARP_PACKET = (4, 4)
 # Kernel -> the packet counter that says how often each lane runs the kernel, and the runs per
 # count. A bvh-packet counts a node once but tests the boxes of its two children: two runs of
@@ -45,8 +45,8 @@ WARP_PACKET = (4, 4)
 RUNS = {"down": ("nodes_visited", 1.0), "traverse": ("nodes_visited", 2.0),
         "follow_rope": ("leaves_visited", 1.0),
         "intersect": ("triangles_tested", 1 / math.prod(WARP_PACKET))}
-# Kernel -> the packet's kernel that visits the same nodes or triangles, and the state's field with
-# the node or the cursor.
+# Kernel -> the packet method's kernel that visits the same nodes or triangles, and the field of
+# the state that holds the node or the cursor.
 PLACES = {"down": ("traverse", "node"), "traverse": ("traverse", "node"),
           "follow_rope": ("leave", "node"), "intersect": ("intersect", "cursor")}
 

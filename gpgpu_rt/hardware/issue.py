@@ -99,8 +99,8 @@ def _in_step(steps: np.ndarray, count: int) -> tuple[np.ndarray, int]:
 def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
     """Return the issues of each kernel and the iterations of the outer loop, over all groups.
 
-    All groups advance in rounds. In a round, every unfinished group issues one kernel. It then
-    issues each kernel k without an inner loop (``within[k]``) that the same rays need next.
+    All groups advance in rounds. In a round, every unfinished group issues one kernel. The group
+    then issues each kernel k without an inner loop (``within[k]``) that the same rays need next.
     """
     count = len(within) - 1
     padded = np.concatenate([steps, np.zeros((1, *steps.shape[1:]), np.uint8)])

@@ -23,7 +23,7 @@ from .cards import Card, Sourced
 from .issue import WITHIN
 from .loop_costs import LoopCost
 
-TESTS = ("intersect",)     # kernels that test triangles; the others traverse
+TESTS = ("intersect",)     # kernels that test triangles; all other kernels traverse
 
 
 class Machine(Sourced):
@@ -40,7 +40,8 @@ def machines() -> dict[str, Machine]:
 @dataclass(frozen=True)
 class Least:
     """The least time per ray, in seconds, on each resource at its peak rate. ``steps`` and
-    ``tests`` are the units' times. Resources work in parallel; ``waiting`` adds to the slowest."""
+    ``tests`` are the units' times. Resources work in parallel. The time
+    ``waiting`` is added to the time of the slowest resource."""
 
     shader: float = 0.0
     steps: float = 0.0

@@ -25,14 +25,17 @@ from .static_costs import COMPILERS, PACKETS, era_programs, packet_methods, stat
 LEFT_OUT = {"drivers/tile_counts.frag"}
 # Under `loop`, these programs have a loop whose length depends on the rays.
 LOOPS = {"drivers/traverse.frag", "drivers/packet.frag"}
-ERA = "era"     # stands for the era form in place of a schedule
+ERA = "era"     # stands for the era form in a key (method, schedule)
 SIZE = 8   # side of the image in pixels; programs do not depend on it
 
 
 class _Programs(Observer):
-    """Collects the programs of a call. ``found`` maps a program's texts to its name (its only
-    kernel's name, or else its file's name), the largest number of render targets of its passes,
-    and the number of texels in the largest table that the program reads."""
+    """Collects the programs of a call.
+
+    ``found`` maps a program's texts to its name, the largest number of render targets of its
+    passes, and the number of texels in the largest table that the program reads. The name is the
+    kernel's name if the program runs a single kernel, else the file's name.
+    """
 
     def __init__(self) -> None:
         self.found: dict[tuple[str, str], tuple[str, int, int]] = {}

@@ -215,6 +215,6 @@ def _compiled(chip: str, method: str, kernels: tuple[str, ...], any_hit: bool,
 
 
 def _own(method: str, form: str, options: Options) -> dict[str, Any]:
-    """Return the options of the method whose kernels are compiled for ``method``."""
+    """Return those of ``options`` that the method named by `kernels_from` has."""
     known = {option.name for option in find_method(kernels_from(method, form)).options}
     return {name: value for name, value in options if name in known}

@@ -32,12 +32,12 @@ MEANINGS = {
     WHILE_WHILE: "a loop with an inner loop for each kernel",
     UNCOALESCED: "a loop with an inner loop for each kernel; each lane loads its own data",
     PACKETS: "the rays of a packet are the lanes of a warp"}
-# A method without an era form -> the method whose kernels stand in. kd-stack runs the kernels of
-# kd-texture-stack, but only in a loop: a local array does not last from pass to pass. On the chip
-# WARPS, the 32 rays of a packet are the lanes of a warp, and each lane runs a single ray's kernels
-# at the node of the packet; voting and kd-packet's short stack are left out. On other cards a
-# fragment traces a packet.
+# A method without an era form -> the method whose kernels replace its own. kd-stack runs the
+# kernels of kd-texture-stack, but only in a loop: its local array does not last from pass to pass.
 SAME_WALK = {"kd-stack": "kd-texture-stack"}
+# A packet method -> the method whose kernels run on the chip WARPS. There, the 32 rays of a packet
+# are the lanes of a warp. Each lane runs a single ray's kernels at the packet's node, without
+# voting and without kd-packet's short stack. On other chips, a fragment traces a whole packet.
 SINGLE_RAYS = {"kd-packet": "kd-push-down", "kd-ropes-packet": "kd-ropes",
                "bvh-packet": "bvh-threaded"}
 WARPS = "G80"    # the chip whose warps run packets

@@ -1,10 +1,11 @@
 """Warp packets: estimates the walk of a warp's packet of 32 rays from traces of small packets.
 
 Packets of this project have at most 4x4 rays. In Günther et al. 2007 and Popov et al. 2007, each
-warp traced a packet of 32 rays. A packet visits a node if any of its rays needs the node, so the
-large packet visits all nodes that its parts (the small packets) visit. For each node, only the
-largest number of visits by one part is counted. The result is a lower bound: the large packet may
-find a hit later than one of its parts, and a later hit prunes less.
+warp traced a packet of 32 rays. A packet visits a node if any of its rays needs the node. The
+large packet therefore visits all nodes that its parts (the small packets) visit. The large packet
+is assumed to visit a node as often as the part with the most visits to this node. The result is a
+lower bound: the large packet may find a hit later than one of its parts, and a later hit prunes
+less.
 """
 from __future__ import annotations
 

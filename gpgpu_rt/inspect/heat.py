@@ -56,8 +56,8 @@ def heat(tracer: Tracer, what: str, size: tuple[int, int], camera: Camera | None
     Raises
     ------
     OptionError
-        for an unknown ``what``; for "restarts", if the method never restarts single rays, with
-        ``era``, or if a pass runs several steps
+        for an unknown ``what``. For "restarts", also if the method never restarts single rays, if
+        the option ``era`` is set, or if a pass runs several steps
     """
     if not isinstance(what, str) or what not in KINDS:
         raise OptionError(f"cannot count {what!r}{nearest_names(what, KINDS)}")

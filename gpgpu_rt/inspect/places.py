@@ -65,7 +65,7 @@ class Places:
 
     def records(self, number: int) -> Decoded:
         """Return a place's records, decoded from the textures: record -> field -> value.
-        Read only tables that have a record per place and do not hold triangles."""
+        Skip tables without a record per place, and tables of triangles."""
         tracer, session = self._tracer, self._tracer.session
         found: Decoded = {}
         for record in tracer.method.tables_for(tracer.options):

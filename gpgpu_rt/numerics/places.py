@@ -41,14 +41,14 @@ def first_hits_of_places(ray: np.ndarray, t: np.ndarray, corners: np.ndarray,
     reach = np.where(np.isfinite(blurred.t_bound), blurred.t_bound, 0)
     exact = np.clip(np.where(np.isfinite(blurred.t), blurred.t, t), t - reach, t + reach)
     new = _begins(np.cumsum(begins)[rows], t, reach)
-    # Beside the edge of a long thin triangle, float32 may find a hit that float64 disproves,
-    # although it also finds the hit on the triangle across the edge. A ray crosses only one of
-    # the two.
+    # Beside the edge of a long thin triangle, float32 may find a hit on both triangles at the
+    # edge. The ray crosses only one of the two triangles, and float64 disproves the other hit.
     new[1:] &= ~((np.diff(ray[rows]) == 0) & (sharp.possible[1:] != sharp.possible[:-1])
                  & _side_by_side(*pairs[::2]))
     group = np.cumsum(new)
     first = rows[_nearest_first(group, exact, np.where(sharp.possible, sharp.t_bound, np.inf))]
-    # Merge both kinds of rows. Every place keeps its rank among the places of its group.
+    # Merge the lone hits with the first hits of the other places. The places of a ray stay in the
+    # order of t.
     found = np.concatenate([np.flatnonzero(alone), first])
     return found[np.argsort(np.cumsum(begins)[found], kind="stable")]
 

@@ -31,9 +31,9 @@ _ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
 class RayBatch:
     """Rays from arrays, checked, rounded to float32 and stored as texels.
 
-    Each direction is scaled, exactly, by the power of two that brings its largest component into
-    [0.5, 1), and t_min and t_max are scaled to match. An origin far outside ``bounds`` is advanced
-    along its ray (see ``approach``). ``Hits`` are returned in the caller's units.
+    Each direction is scaled by the power of two that brings its largest component into [0.5, 1);
+    this is exact. The interval t_min to t_max is scaled to match. An origin far outside ``bounds``
+    is advanced along its ray (see ``approach``). ``Hits`` are returned in the caller's units.
 
     A renderer may flush magnitudes below 2^-126 to 0. An interval's end with such a magnitude is
     therefore moved into the interval, to 0 or to +-2^-126. An empty interval stays empty.
@@ -124,7 +124,7 @@ class RayBatch:
         starts = [start for *_, start in laid]
         alike = bool(starts) and all(_same(start, starts[0]) for start in starts)
         self.start = starts[0] if alike else None
-        self._starts = list(zip(blocks, starts))    # None if the origins are written
+        self._starts = list(zip(blocks, starts))    # a start of None: the origins are written
         if not alike:
             self._lay_out_starts()
 

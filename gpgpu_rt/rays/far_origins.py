@@ -4,7 +4,7 @@ A shader computes a point of a ray with an error of a few times 2^-24 of the poi
 the origin. Builders widen boxes by `bounds.PADDING` times the largest coordinate. This padding
 exceeds the error only if the origin is at most a few times the scene's size away. A ray from
 further away could miss cells and leaves. Moving the origin in float64 adds an error of half a
-float32 spacing at the scene. For a far origin, the triangle test has a larger error.
+float32 spacing at the scene. Without the move, the triangle test would make a larger error.
 """
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
     Returns
     -------
     (n, 3) float32 origins; and (n,) float64, the distance that each origin was moved, in units of
-    its direction's length, or None if no origin was moved
+    its direction's length. The distances are None if no origin was moved
     """
     centre, radius = sphere(lo, hi)
     if not len(origins) or _near(origins, centre, radius):

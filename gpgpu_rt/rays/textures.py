@@ -51,7 +51,7 @@ class RayTextures:
         self._start_written = True
 
     def share_with(self, other: RayTextures) -> None:
-        """Use the shared start of the set of rays ``other``, which contains these rays."""
+        """Use the shared start of ``other``, a set of rays that contains these rays."""
         self._start = other._start
 
     def like(self, size: tuple[int, int]) -> RayTextures:

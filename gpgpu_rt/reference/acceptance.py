@@ -4,9 +4,9 @@ Exact arithmetic gives a single answer to each ray. An engine that rounds may ri
 another answer: either triangle at an edge that the ray meets, or the farther of two surfaces that
 nearly touch.
 
-A fair engine rounds like float32, but its operations together may lose up to four more bits, so
-`error_bounds` is evaluated with a unit roundoff of 2^-20 instead of 2^-24. The bounds tell which
-triangles a fair engine may hit, and which triangles it certainly hits.
+A fair engine rounds like float32, but its operations together may lose up to four more bits. The
+bounds of `error_bounds` are therefore computed with a unit roundoff of 2^-20 instead of 2^-24. The
+bounds tell which triangles a fair engine may hit, and which triangles it certainly hits.
 
 A triangle is acceptable if it may be hit, and if no triangle is certainly hit before it.
 

@@ -8,9 +8,9 @@ exactly the negated edge function, so no ray passes between the two triangles.
 
 The test departs from the paper in four points. It accepts triangles that face either way. It does
 not fall back to a higher precision. The ray must also pass through the bounding box of the sheared
-triangle: an edge function of a tiny, distant triangle may round to zero, which counts as either
-sign. And t is the distance of the triangle's plane, clamped to the range of the vertices'
-distances, because the paper's interpolated depth is inexact for rays near long thin triangles.
+triangle: the edge functions of a tiny, distant triangle may round to zero, and zero counts as
+either sign. The fourth point is t: the distance of the triangle's plane, clamped to the range of
+the vertices' distances. The paper's interpolated depth is inexact near long thin triangles.
 """
 from __future__ import annotations
 

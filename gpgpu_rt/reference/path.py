@@ -2,10 +2,10 @@
 
 The algorithm is path tracing (Kajiya, "The Rendering Equation", SIGGRAPH 1986). At each vertex, a
 path samples one light (next-event estimation), then continues in a direction sampled from the
-material. Both techniques may find the same light, so the power heuristic (for a sky, the balance
-heuristic) weights the light from each technique (Veach and Guibas, "Optimally Combining Sampling
-Techniques for Monte Carlo Rendering", SIGGRAPH 1995). The shaders use the same random numbers and
-lights, so pictures differ only by float32 rounding.
+material. Both techniques may find the same light. The power heuristic (for a sky, the balance
+heuristic) therefore weights the light from each technique (Veach and Guibas, "Optimally Combining
+Sampling Techniques for Monte Carlo Rendering", SIGGRAPH 1995). The shaders use the same random
+numbers and lights, so pictures differ only by float32 rounding.
 
 In physics, radiance changes where light enters or leaves a denser medium. The reference and the
 shaders omit this change, which matters only for a light or an eye inside glass.

@@ -43,8 +43,8 @@ def _surfaces(scene: Scene, origins: np.ndarray, directions: np.ndarray, t: np.n
     cosine = np.maximum(_dot(normal, to_light / distance), 0)
     # A ray from the light to the point needs no offset: the first hit is either the point's own
     # triangle or an occluder. A hit at 1 - 1e-5 of the distance or beyond means that the point is
-    # lit. This errs only at grazing angles, where rounding the direction to float32 moves the
-    # hit, but the surface receives almost no light there.
+    # lit. This test errs only at grazing angles, where rounding the direction to float32 moves
+    # the hit. The surface receives almost no light there.
     back = trace(scene, np.broadcast_to(scene.light.position, points.shape), -to_light,
                  accelerated=True)
     lit = ((back.triangle == triangle) | (back.t >= 1 - 1e-5))[:, None]

@@ -71,8 +71,8 @@ class PicturePass:
 ALL_FEATURES = Option(
     "all_features", False, "build the programs, textures and passes of every feature, even those "
     "that the scene does not require; the picture is the same", bool, label="build every feature")
-# The default is small: each depth of refraction needs its own textures and doubles the branches,
-# and light usually leaves solid glass after one or two inner reflections.
+# The default is small, because each depth of refraction needs its own textures and doubles the
+# branches. Light usually leaves solid glass after one or two inner reflections.
 BOUNCES = Option("bounces", 8, "largest number of successive reflections and refractions",
                  int, minimum=0, maximum=64, label="most bounces")
 LIGHT_SAMPLES = Option("light_samples", 16, "shadow rays from each visible point towards emitting "

@@ -215,7 +215,8 @@ class SceneNeeds:
 
     Attributes
     ----------
-    present, left_out : names of the properties that the programs support, and of all others
+    present : names of the properties that the programs support
+    left_out : names of all other properties
     bounces : the number of bounces that can matter
     lights : the number of shadow rays of a hit
     index_bits : bits of the largest triangle index

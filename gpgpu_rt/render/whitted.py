@@ -44,7 +44,7 @@ class Wave:
     Attributes
     ----------
     rays : the textures of the rays
-    path : the texture of the rays' weights; for eye rays any texture, which programs do not read
+    path : the texture of the rays' weights; an arbitrary, unread texture for eye rays
     depth : the number of bounces so far
     corners : (n, 4), the rectangles of the image that contain rays, in texels; None for the whole
         image

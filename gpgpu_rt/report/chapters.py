@@ -63,9 +63,9 @@ small enough for the teapot are far too many for the stadium. Proximity clouds l
 empty cells, but not over crowded cells.
 """, ("fig06", "fig07", "fig08"), passes=("grid",)),
     Chapter("kd-trees without a stack (survey, section 3.4)", """
-A tree of splitting planes is fine where there are triangles and coarse in empty space. On a CPU, a
-ray that leaves a leaf pops the next node from its stack; a fragment program had no stack. Five
-alternatives are compared here:
+A tree of splitting planes has small cells around triangles and large cells in empty space. On a
+CPU, a ray that leaves a leaf pops the next node from its stack; a fragment program had no stack.
+Five alternatives are compared here:
 
 * **restart**: cut off the part of the ray that was searched, and begin at the root again;
 * **backtrack**: climb to the parents, which then need boxes;

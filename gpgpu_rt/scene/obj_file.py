@@ -73,7 +73,7 @@ def read_obj(path: Path, groups: bool) -> Mesh:
 
 def _picked(values: np.ndarray, at: np.ndarray, width: int) -> np.ndarray | None:
     """Return the values of corners, (n, 3, width). A face that lacks the value of a corner gets
-    zeros. Return None if all faces do."""
+    zeros. Return None if every face lacks a value."""
     some = ((at >= 0) & (at < len(values))).all(axis=1)
     if not some.any():
         return None
@@ -152,7 +152,7 @@ def _indices(words: Sequence[bytes]) -> np.ndarray:
 def _count_from_zero(index: np.ndarray, declared: np.ndarray, line: np.ndarray) -> None:
     """Convert a file's indices in place, so that they count from 0. In the file, a negative index
     counts back from the last value before the index's line. In the result, an index is negative if
-    the file gives none or points before the first value."""
+    the file gives no index, or an index that points before the first value."""
     back = index < 0
     if back.any():
         before = np.searchsorted(declared, line[back])
@@ -232,9 +232,9 @@ class _Text:
 
     def named_before(self, word: bytes, lines: np.ndarray, default: str
                      ) -> tuple[list[str], np.ndarray]:
-        """Return the distinct names that hold for ``lines``, and the index of the name of each. A
-        line that begins with ``word``, such as ``usemtl``, gives the name for all lines up to the
-        next such line. Before the first such line, the name is ``default``."""
+        """Return the distinct names of ``lines``, and for each line the index of its name. A line
+        that begins with ``word``, such as ``usemtl``, gives the name of all lines up to the next
+        such line. Before the first such line, the name is ``default``."""
         rows = self.rows(word)
         said = [default, *(self.body(row, word) or default for row in rows.tolist())]
         used, which = np.unique(np.searchsorted(rows, lines), return_inverse=True)

@@ -30,7 +30,7 @@ class Scene:
     name : The name of the scene in tables and figures.
     triangles : (n, 3, 3) float32, world units, in the order of the given faces.
     colours : (n, 3) float32, diffuse reflectance of each triangle in [0, 1]. The texture of the
-        triangle's material multiplies the colour. The material has all other properties.
+        triangle's material multiplies the colour. All other properties are the material's.
     lights : The point lights, or a single light. Triangles of emitting materials are lights too.
     camera : The default camera of pictures.
     stand_in : The name of the original that a procedural scene replaces; None for an original.

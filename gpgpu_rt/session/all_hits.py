@@ -25,8 +25,8 @@ from ..traversal.method import Method
 class AllHits:
     """All hits of n rays, m in total, sorted by ray, then by (t, triangle).
 
-    A far origin moves along its ray for the search (``rays/far_origins.py``). The order is that of
-    the search, although adding the distance back to t may make two t equal.
+    A far origin moves along its ray for the search (``rays/far_origins.py``). The distance of the
+    move is then added to t. Hits keep the order of the search, even if two t become equal.
 
     Attributes
     ----------

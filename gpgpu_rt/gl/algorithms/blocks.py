@@ -2,7 +2,7 @@
 
 D. Roger, U. Assarsson, N. Holzschuch, "Efficient Stream Reduction on the GPU", 2007 (section 3.6
 of Hachisuka's survey). A block has a constant number s of elements. A line of texels is drawn at
-each block's final position; each fragment of the line finds its element in the block in log s
+each block's final position. Each fragment of the line finds its element in the block in log s
 steps. The scan runs over the blocks' totals alone. `compact` instead scans all n elements, and
 finds each element in log n steps.
 """
@@ -39,8 +39,8 @@ def reduce_by_blocks(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
 
 def reduce_children(room: StreamRoom, children: Stream, count: int, pair: Record,
                     into: Stream | None = None) -> tuple[Stream, int]:
-    """Return a stream of the pairs (such as a triangle and a node of rays) in the first ``count``
-    elements of ``children``, and the number of pairs.
+    """Return a stream of the pairs in the first ``count`` elements of ``children``, and the number
+    of pairs. A pair is, for example, a triangle and a node of a hierarchy of rays.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ from .streams import Stream, StreamRoom
 def compact(room: StreamRoom, stream: Stream, flags: Stream) -> Stream:
     """Return the elements of ``stream`` whose flag is 1 (D. Horn, GPU Gems 2, 2005).
 
-    The host reads back the number of elements to draw.
+    The host reads back the number of kept elements, because a draw needs this number.
 
     Parameters
     ----------

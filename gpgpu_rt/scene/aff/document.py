@@ -65,7 +65,8 @@ class Document:
     nodes : the transforms; the first is the identity, and every other transform follows its parent
     instances : the geometry, in the order of the file
     motions : the key frames by name
-    camera, background, span : the last of each kind, or None; ``span`` has the frames' times
+    camera, background, span : the last statement of each kind, or None; ``span`` has the times of
+        the frames
     lights : the point lights
     """
 

@@ -54,8 +54,8 @@ class _Segments:
 
 
 def _over(length: np.ndarray, span: np.ndarray) -> np.ndarray:
-    """Return length / span, or 0 where span is 0. If times ascend, such a segment has length 0 and
-    is not used."""
+    """Return length / span, or 0 where span is 0. If times ascend, a segment with a span of 0 also
+    has length 0, and is not used."""
     return np.divide(length, span, out=np.zeros_like(length), where=span != 0)
 
 

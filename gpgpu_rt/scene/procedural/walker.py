@@ -14,8 +14,8 @@ SWING = 0.32           # radians; largest angle of a leg forwards and backwards
 BEND = 0.7             # radians; largest bend of a knee while its foot is in the air
 HIP = 1.45             # height of the hips in world units; the animal is about four units long
 RADIUS = 3.2           # radius of the circle on which the animal walks, world units
-# (x, z) of each leg's hip -> the leg's phase as a share of a step, in the order: hind leg and
-# front leg of one side, then of the other side.
+# (x, z) of each leg's hip -> the leg's phase as a share of a step. The legs move in this order:
+# hind leg and front leg of one side, then hind leg and front leg of the other side.
 GAIT = {(1.1, -0.4): 0.0, (-1.1, -0.4): 0.25, (1.1, 0.4): 0.5, (-1.1, 0.4): 0.75}
 # Indices of bones. From index LEGS on, each leg has two bones: a thigh and a shin.
 TORSO, HEAD, TAIL, LEGS = 0, 1, 2, 3
@@ -40,8 +40,8 @@ def walker_at(seconds: float) -> np.ndarray:
     triangles, bone = _rest()
     turns, moves = _pose(seconds / STEP_SECONDS)
     posed = np.einsum("kij,kvj->kvi", turns[bone], triangles) + moves[bone, None]
-    # In half a step, a foot on the ground moves backwards by 2 * SWING * HIP relative to the body,
-    # and the animal moves forwards at the same mean speed, so that the foot hardly slides.
+    # In half a step, a foot on the ground moves backwards by 2 * SWING * HIP relative to the body.
+    # The animal moves forwards at the same mean speed, so that the foot hardly slides.
     speed = 4 * SWING * HIP / STEP_SECONDS
     round_about = _turn_about(1, -speed * seconds / RADIUS)
     posed = (posed + (0, 0, RADIUS)) @ round_about.T

@@ -123,7 +123,7 @@ def _opened(mesh: SurfaceMesh, size: int, cuts: int) -> Parametrisation:
     """Return the flattened surface, after cutting from the boundary to the most shrunk faces.
 
     A closed surface is first cut along a path of edges. The path begins at the vertex furthest
-    from the centre, and ends at the vertex to which the way along edges is longest.
+    from the centre, and ends at the vertex that is furthest from there along edges.
     """
     along = np.zeros(len(mesh.start), bool)
     if (mesh.twin >= 0).all():

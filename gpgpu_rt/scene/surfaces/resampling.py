@@ -31,7 +31,7 @@ def rasterised(flat: np.ndarray, mesh: SurfaceMesh, size: int) -> np.ndarray:
     usable = np.abs(whole) > 1e-14 * size**2
     weights = areas[usable] / whole[usable, None]
     face, texel = face[usable], (at[usable] * (size + 1, 1)).sum(axis=1)
-    # For each texel, choose the triangle whose smallest barycentric weight is largest: a texel on
+    # For each texel, choose the triangle whose smallest barycentric weight is largest. A texel on
     # an edge then always gets a triangle, even if rounding makes a weight negative.
     order = np.lexsort((weights.min(axis=1), texel))
     last = np.append(texel[order][1:] != texel[order][:-1], True)
