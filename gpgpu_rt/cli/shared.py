@@ -273,10 +273,12 @@ def print_json(value: Any) -> None:
     print(json.dumps(value, indent=2, default=str))
 
 
-def print_stand_in(scene: Scene) -> None:
+def print_stand_in(scene: Scene, json_follows: bool) -> None:
+    """Print a line if the scene is a stand-in: to stderr if the command prints JSON to stdout."""
     if scene.stand_in:
-        print(f"{scene.name} is a procedural stand-in for {scene.stand_in} "
-              "(`gpgpu-rt scenes` says how to get the original)")
+        tell = say if json_follows else print
+        tell(f"{scene.name} is a procedural stand-in for {scene.stand_in} "
+             "(`gpgpu-rt scenes` says how to get the original)")
 
 
 def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

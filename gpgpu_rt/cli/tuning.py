@@ -116,9 +116,9 @@ def _accuracy(chosen: argparse.Namespace) -> None:
     if chosen.output:
         with replacing(chosen.output) as path:
             path.write_text(json.dumps(result, indent=1, default=str) + "\n", encoding="utf-8")
+    print_stand_in(scene, chosen.json)
     if chosen.json:
         return print_json(result)
-    print_stand_in(scene)
     print(f"{scene.name}, {len(scene):,} triangles; up to {chosen.rays:,} rays of each kind: "
           f"{', '.join(KINDS)}; pictures of {chosen.size[0]} x {chosen.size[1]} pixels")
     print_table([head for heads in _COLUMNS for head in heads],
@@ -167,10 +167,10 @@ def _tune(chosen: argparse.Namespace) -> None:
         say("not saved for method auto, because no cache folder can be written; "
             + (f"use --settings {chosen.output}" if chosen.output else
                "write the settings to a file by -o"))
+    print_stand_in(scene, chosen.json)
     if chosen.json:
         print_json({**_facts(scene), **found.to_dict()})
     else:
-        print_stand_in(scene)
         for search in found.searches:
             _print_search(search)
         if kept is not None:
