@@ -2,16 +2,17 @@
 from __future__ import annotations
 
 import argparse
-import textwrap
 from collections.abc import Mapping, Sequence
 
+from ..bench.workloads import RAY_SETS
 from ..errors import OptionError
 from ..hardware.cards import Card, Refusal, cards
 from ..hardware.methods_on_cards import ERA, era_refusals, era_texels, method_needs, refusals
-from .shared import Command, print_json, print_table, say
+from .card_predictions import print_predictions
+from .shared import Command, names, print_filled, print_json, print_table, say, side_word
 
+KIND, SIDE = "eye", 512     # the default rays of --predict, as of `hardware.prediction.predict`
 SCENE = "cornell"   # tables depend on the scene; programs hardly do
-WIDTH = 100         # columns of wrapped text, about the width of the table of methods
 NOTE = ("The rows `era` judge the kernels as the papers had them (docs/era.md), by the counts of "
         "Mesa's compilers for the cards. The other rows judge today's programs by their render "
         "targets, tables, loops, queries and float textures, but not by their instructions, "
@@ -28,17 +29,31 @@ def add_commands(command: Command) -> None:
     sub.add_argument("--methods", action="store_true", help="print which methods each card could "
                      "have run: the programs of a method must fit the card's limits (takes a "
                      "minute)")
+    sub.add_argument("--predict", type=names, metavar="METHOD,METHOD,...", help="print the time "
+                     "that each card would have taken for an image's rays, by these methods, or "
+                     "by all (takes a minute)")
     sub.add_argument("--scene", help="with --methods: the scene whose tables must fit into a "
-                     f"card's memory; default {SCENE}")
+                     "card's memory; with --predict: the scene that the rays hit; default "
+                     + SCENE)
+    sub.add_argument("--rays", metavar="KIND", help="with --predict: the kind of rays, "
+                     f"{', '.join(RAY_SETS)}; default {KIND}")
+    sub.add_argument("--size", type=side_word, metavar="PIXELS", help="with --predict: side of "
+                     f"the square image that the rays belong to; default {SIDE}")
     sub.add_argument("--sources", action="store_true", help="print the source of each figure")
 
 
 def _hardware(chosen: argparse.Namespace) -> None:
-    if chosen.scene and not chosen.methods:
-        raise OptionError("--scene names the scene whose tables a card must hold, which only "
-                          "--methods checks; give --methods, too")
-    if chosen.sources and chosen.methods:
-        raise OptionError("--sources and --methods print different tables; give one of them")
+    if chosen.scene and not (chosen.methods or chosen.predict):
+        raise OptionError("--scene names the scene of --methods and of --predict; give one of "
+                          "them, too")
+    if (chosen.rays or chosen.size) and not chosen.predict:
+        raise OptionError("--rays and --size name the rays of --predict; give --predict, too")
+    if bool(chosen.sources) + bool(chosen.methods) + bool(chosen.predict) > 1:
+        raise OptionError("--sources, --methods and --predict print different tables; give one "
+                          "of them")
+    if chosen.predict:
+        return print_predictions(chosen.predict, chosen.scene or SCENE, chosen.rays or KIND,
+                                 chosen.size or SIDE, chosen.json)
     found = cards()
     refused = {}
     if chosen.methods:
@@ -86,14 +101,10 @@ def _print_methods(found: Sequence[Card],
         # Print one example per limit; --json prints all.
         card, pair = next((card, pair) for pair in pairs for card in found
                           if word(card, pair) == limit)
-        _print_filled(f"{limit}: for example {' '.join(pair)} on the {card.chip}: "
-                      f"{refused[card.name][pair][0].says}")
+        print_filled(f"{limit}: for example {' '.join(pair)} on the {card.chip}: "
+                     f"{refused[card.name][pair][0].says}")
     print()
-    _print_filled(f"{NOTE} Tables are those of {scene}; --scene names another scene.")
-
-
-def _print_filled(text: str) -> None:
-    print(textwrap.fill(text, WIDTH))
+    print_filled(f"{NOTE} Tables are those of {scene}; --scene names another scene.")
 
 
 def _value(card: Card, name: str) -> str:

@@ -7,7 +7,7 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import OptionError, nearest_names
+from ..errors import OptionError
 
 # The limit of a program that stores a table's index in one channel. Two coordinates, in two
 # channels, address more texels; the papers' programs used them on cards with fp24.
@@ -109,4 +109,5 @@ def find_card(name: str) -> Card:
     for card in cards():
         if name.lower() in (card.name.lower(), card.chip.lower()):
             return card
-    raise OptionError(f"no card {name!r}" + nearest_names(name, [c.chip for c in cards()]))
+    raise OptionError(f"no card {name!r}; give the name or the chip of one of "
+                      + ", ".join(f"{card.name} ({card.chip})" for card in cards()))

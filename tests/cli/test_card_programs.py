@@ -123,7 +123,7 @@ def test_program_says_why_a_chip_is_missing(capsys, chip: str, says: str) -> Non
 
 
 @pytest.mark.parametrize("chip, says", [
-    ("g80", "gpgpu_rt.hardware.prediction.predict"),
+    ("g80", "gpgpu-rt hardware --predict METHOD"),
     ("nv30", "the NV30 is left out, because it has a single render target"),
     ("6800", "nv40 (NVIDIA GeForce 6800 Ultra), r580 (ATI Radeon X1900 XTX)")])
 def test_chips_without_an_era_form_say_why(capsys, tmp_path, chip: str, says: str) -> None:
