@@ -10,7 +10,11 @@ import pytest
 import trimesh
 
 from gpgpu_rt import cli
-from gpgpu_rt.hardware.static_costs import COMPILERS, era_programs, static_cost
+from gpgpu_rt.hardware.cards import find_card
+from gpgpu_rt.hardware.prediction import limit_of
+from gpgpu_rt.hardware.static_costs import (
+    COMPILERS, era_methods, era_programs, packet_methods, static_cost
+)
 
 
 @pytest.mark.parametrize("card", COMPILERS)
@@ -72,6 +76,15 @@ def test_packets_have_the_kernels_of_their_loop(capsys) -> None:
     assert text.startswith("kd-packet on ATI Radeon X1900 XTX, kernels in a loop\n")
     assert re.findall(r"^kernel (\w+)$", text, re.M) == [
         "traverse", "intersect", "leave", "begin", "pop", "push", "loop"]
+
+
+@pytest.mark.parametrize("card", COMPILERS)
+@pytest.mark.parametrize("method", [*era_methods(), *packet_methods()])
+def test_kernels_that_the_card_could_not_run_are_marked(capsys, method: str, card: str) -> None:
+    assert cli.main(["program", method, "--card", card, "--list"]) == 0
+    told = "could not have run these kernels: " + method in capsys.readouterr().out
+    assert told == (limit_of(find_card(card), method) is not None) == (
+        method in packet_methods() and not find_card(card).branching)
 
 
 @pytest.mark.parametrize("words, says", [
