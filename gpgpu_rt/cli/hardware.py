@@ -13,6 +13,8 @@ from .shared import Command, names, print_filled, print_json, print_table, say, 
 
 KIND, SIDE = "eye", 512     # the default rays of --predict, as of `hardware.prediction.predict`
 SCENE = "cornell"   # tables depend on the scene; programs hardly do
+PREFIXES, PER_SECOND = ((1e9, "G"), (1e6, "M")), ("/s", "Hz")
+WIDE = ("exact_integers",)      # numbers of many digits, which stand beside the cards' texts
 NOTE = ("The rows `era` judge the kernels as the papers had them (docs/era.md), by the counts of "
         "Mesa's compilers for the cards. The other rows judge today's programs by their render "
         "targets, tables, loops, queries and float textures, but not by their instructions, "
@@ -74,13 +76,36 @@ def _hardware(chosen: argparse.Namespace) -> None:
     if refused:
         _print_methods(found, refused, chosen.scene or SCENE)
         return
-    names = list(found[0].figures)
-    print_table(("figure", *(f"{card.chip}, {card.year}" for card in found)),
-                [("card", *(card.name for card in found)),
-                 *((name.replace("_", " "), *(_value(card, name) for card in found))
-                   for name in names)])
-    print("\n--sources prints the sources. Its mark * means that a figure was recalled or "
-          "derived, not read in its source.")
+    _print_cards(found)
+    print()
+    print_filled("--sources prints the sources. Its mark * means that a figure was recalled or "
+                 "derived, not read in its source.")
+
+
+def _print_cards(found: Sequence[Card]) -> None:
+    """Print a table of names and texts with a row per card, and a table of numbers with a row per
+    figure. Each table fits into 100 columns."""
+    texts = [name for name, one in found[0].figures.items()
+             if isinstance(one["value"], str) or name in WIDE]
+    print_table(("chip", "card", "year", *(name.replace("_", " ") for name in texts)),
+                [(card.chip, card.name, str(card.year), *(_value(card, name) for name in texts))
+                 for card in found])
+    print()
+    print_table(("figure", "unit", *(card.chip for card in found)),
+                [_numbers(found, name) for name in found[0].figures if name not in texts])
+
+
+def _numbers(found: Sequence[Card], name: str) -> list[str]:
+    """Return a figure's name, its unit, and its values for the cards in this unit."""
+    values, unit = [getattr(card, name) for card in found], found[0].figures[name]["unit"]
+    words = [("yes" if value else "no") if isinstance(value, bool) else f"{value:,}"
+             for value in values]
+    least = min(filter(None, values), default=0)
+    scale, prefix = next(((scale, prefix) for scale, prefix in PREFIXES
+                          if unit.endswith(PER_SECOND) and least >= scale), (1, ""))
+    if prefix:
+        words = [f"{value / scale:,g}" for value in values]
+    return [name.replace("_", " "), prefix + unit, *words]
 
 
 def _print_methods(found: Sequence[Card],
@@ -114,7 +139,7 @@ def _value(card: Card, name: str) -> str:
         return "yes" if value else "no"
     if isinstance(value, str):
         return value
-    for scale, prefix in ((1e9, "G"), (1e6, "M")):
-        if unit.endswith(("/s", "Hz")) and value >= scale:
+    for scale, prefix in PREFIXES:
+        if unit.endswith(PER_SECOND) and value >= scale:
             return f"{value / scale:g} {prefix}{unit}"
     return f"{value:,} {unit}"
