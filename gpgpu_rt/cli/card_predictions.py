@@ -58,7 +58,7 @@ def print_predictions(words: Sequence[str], scene_name: str, kind: str, size: in
     without = dict.fromkeys(one["method"] for one in found if _cell(one) == "-")
     for reason in dict.fromkeys(map(why_no_time, without)):
         some = ", ".join(method for method in without if why_no_time(method) == reason)
-        print_filled(f"-: no time is predicted for {some}: {reason}")
+        print_filled(f"- stands at {some}: {reason}")
 
 
 def _predicted(scene: Scene, method: str, card: Card, rays: Workload) -> dict[str, Any]:

@@ -285,7 +285,7 @@ def print_stand_in(scene: Scene, json_follows: bool) -> None:
 
 def print_filled(text: str) -> None:
     """Print a sentence in lines of at most WIDTH columns."""
-    print(textwrap.fill(text, WIDTH))
+    print(textwrap.fill(text, WIDTH, break_on_hyphens=False))
 
 
 def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
