@@ -130,9 +130,14 @@ def _index(out: Path) -> None:
 
 
 def _make(folder: Path) -> None:
+    """Make a missing folder, and say so: a folder that the user did not expect shows a spelling
+    mistake before hours of measuring."""
+    is_new = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as failure:
         raise Error(f"cannot make the folder {folder}: {failure.strerror}; choose another "
                     "folder with --data or --out") from failure
     check_writable(folder / "index.md")
+    if is_new:
+        print(f"figures: made the folder {folder}", file=sys.stderr)

@@ -79,8 +79,7 @@ def _bench(chosen: argparse.Namespace) -> None:
     found: Races = []
     try:
         for scene in chosen.scenes:
-            if not chosen.json:
-                print_stand_in(load(scene))
+            print_stand_in(load(scene), chosen.json)
             for kind in kinds:
                 entries = race(scene, RAY_SETS[kind], candidates, chosen.size, chosen.runs,
                                engines, say, count)

@@ -6,6 +6,7 @@ from typing import Any
 
 from ..errors import OptionError, nearest_names
 from ..hardware.cards import Card, cards
+from ..hardware.prediction import limit_of
 from ..hardware.published_kernels import published_kernel
 from ..hardware.static_costs import (
     COMPILERS, StaticCost, compiled_costs, era_programs, packet_methods, static_cost
@@ -70,6 +71,9 @@ def card_text(costs: list[StaticCost], listing: bool = True) -> str:
     form = "kernels in a loop" if first.method in packet_methods() else "one kernel per pass"
     lines = [f"{first.method} on {chip.name if chip else first.card.upper()}, {form}",
              f"compiled by {made.driver}, {made.date}"]
+    if chip and (limit := limit_of(chip, first.method)):
+        lines.append(f"the {chip.name} could not have run these kernels: {first.method} "
+                     f"{limit.says}")
     if first.card in _NOTES:
         lines.append(_NOTES[first.card])
     if any(cost.vector for cost in costs):

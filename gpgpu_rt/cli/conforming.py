@@ -169,7 +169,7 @@ def _print(rows: list[Row], missing: dict[str, str]) -> None:
 def _cell(row: Row) -> str:
     if not row.rays:
         return "-"
-    return "crash" if row.note else f"{row.wrong_rays}/{row.rays}" if row.wrong_rays else "0"
+    return row.failure or (f"{row.wrong_rays}/{row.rays}" if row.wrong_rays else "0")
 
 
 def _sum(rows: list[Row]) -> list[Any]:

@@ -46,12 +46,12 @@ def trace_shared(chosen: argparse.Namespace, rays: dict[str, np.ndarray]) -> Non
     with replacing(chosen.output) as path, path.open("wb") as file:
         np.savez_compressed(file, **hits.to_dict())
     found = int(hits.hit.sum())
+    print_stand_in(scene, chosen.json)
     if chosen.json:
         return print_json({**scene.facts(), "method": method,
                            "options": find_method(method).resolved(options),
                            "output": chosen.output, "rays": len(hits), "hits": found,
                            "workers": count})
-    print_stand_in(scene)
     print(f"{found:,} of {len(hits):,} rays hit, traced by {counted(count, 'worker')}; "
           f"wrote {chosen.output}")
 
@@ -78,11 +78,11 @@ def render_shared(chosen: argparse.Namespace) -> None:
         drawn, kept = draw(chosen, workers, source, drawing, method, options, follows_from(
             method, resolved, ", ".join(renderers), drawing))
         count = len(workers)
+    print_stand_in(scene, chosen.json)
     if chosen.json:
         return print_json({**scene.facts(), "method": method, "options": resolved,
                            "output": chosen.output, "parts": kept.count, "drawn": drawn,
                            "workers": count})
-    print_stand_in(scene)
     print(f"{drawn:,} of {counted(kept.count, unit)} drawn by {counted(count, 'worker')}; "
           f"wrote {chosen.output}")
 

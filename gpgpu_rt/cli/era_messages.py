@@ -19,8 +19,7 @@ def check_era(text: str) -> None:
     if chip == "g80":
         raise OptionError(f"option era={text!r} is none of {known}: the G80 has integers and "
                           "loops, so there is no era form to run; its times are predicted "
-                          "from Python, by gpgpu_rt.hardware.prediction.predict "
-                          "(docs/hardware.md)")
+                          "by `gpgpu-rt hardware --predict METHOD` (docs/hardware.md)")
     if chip not in (*ERAS, "none", "null"):
         raise OptionError(f"option era={text!r} is none of {known}{did_you_mean(chip, ERAS)}")
 

@@ -2,16 +2,19 @@
 from __future__ import annotations
 
 import argparse
-import textwrap
 from collections.abc import Mapping, Sequence
 
+from ..bench.workloads import RAY_SETS
 from ..errors import OptionError
 from ..hardware.cards import Card, Refusal, cards
 from ..hardware.methods_on_cards import ERA, era_refusals, era_texels, method_needs, refusals
-from .shared import Command, print_json, print_table, say
+from .card_predictions import print_predictions
+from .shared import Command, names, print_filled, print_json, print_table, say, side_word
 
+KIND, SIDE = "eye", 512     # the default rays of --predict, as of `hardware.prediction.predict`
 SCENE = "cornell"   # tables depend on the scene; programs hardly do
-WIDTH = 100         # columns of wrapped text, about the width of the table of methods
+PREFIXES, PER_SECOND = ((1e9, "G"), (1e6, "M")), ("/s", "Hz")
+WIDE = ("exact_integers",)      # numbers of many digits, which stand beside the cards' texts
 NOTE = ("The rows `era` judge the kernels as the papers had them (docs/era.md), by the counts of "
         "Mesa's compilers for the cards. The other rows judge today's programs by their render "
         "targets, tables, loops, queries and float textures, but not by their instructions, "
@@ -28,17 +31,31 @@ def add_commands(command: Command) -> None:
     sub.add_argument("--methods", action="store_true", help="print which methods each card could "
                      "have run: the programs of a method must fit the card's limits (takes a "
                      "minute)")
+    sub.add_argument("--predict", type=names, metavar="METHOD,METHOD,...", help="print the time "
+                     "that each card would have taken for an image's rays, by these methods, or "
+                     "by all (takes a minute)")
     sub.add_argument("--scene", help="with --methods: the scene whose tables must fit into a "
-                     f"card's memory; default {SCENE}")
+                     "card's memory; with --predict: the scene that the rays hit; default "
+                     + SCENE)
+    sub.add_argument("--rays", metavar="KIND", help="with --predict: the kind of rays, "
+                     f"{', '.join(RAY_SETS)}; default {KIND}")
+    sub.add_argument("--size", type=side_word, metavar="PIXELS", help="with --predict: side of "
+                     f"the square image that the rays belong to; default {SIDE}")
     sub.add_argument("--sources", action="store_true", help="print the source of each figure")
 
 
 def _hardware(chosen: argparse.Namespace) -> None:
-    if chosen.scene and not chosen.methods:
-        raise OptionError("--scene names the scene whose tables a card must hold, which only "
-                          "--methods checks; give --methods, too")
-    if chosen.sources and chosen.methods:
-        raise OptionError("--sources and --methods print different tables; give one of them")
+    if chosen.scene and not (chosen.methods or chosen.predict):
+        raise OptionError("--scene names the scene of --methods and of --predict; give one of "
+                          "them, too")
+    if (chosen.rays or chosen.size) and not chosen.predict:
+        raise OptionError("--rays and --size name the rays of --predict; give --predict, too")
+    if bool(chosen.sources) + bool(chosen.methods) + bool(chosen.predict) > 1:
+        raise OptionError("--sources, --methods and --predict print different tables; give one "
+                          "of them")
+    if chosen.predict:
+        return print_predictions(chosen.predict, chosen.scene or SCENE, chosen.rays or KIND,
+                                 chosen.size or SIDE, chosen.json)
     found = cards()
     refused = {}
     if chosen.methods:
@@ -59,13 +76,36 @@ def _hardware(chosen: argparse.Namespace) -> None:
     if refused:
         _print_methods(found, refused, chosen.scene or SCENE)
         return
-    names = list(found[0].figures)
-    print_table(("figure", *(f"{card.chip}, {card.year}" for card in found)),
-                [("card", *(card.name for card in found)),
-                 *((name.replace("_", " "), *(_value(card, name) for card in found))
-                   for name in names)])
-    print("\n--sources prints the sources. Its mark * means that a figure was recalled or "
-          "derived, not read in its source.")
+    _print_cards(found)
+    print()
+    print_filled("--sources prints the sources. Its mark * means that a figure was recalled or "
+                 "derived, not read in its source.")
+
+
+def _print_cards(found: Sequence[Card]) -> None:
+    """Print a table of names and texts with a row per card, and a table of numbers with a row per
+    figure. Each table fits into 100 columns."""
+    texts = [name for name, one in found[0].figures.items()
+             if isinstance(one["value"], str) or name in WIDE]
+    print_table(("chip", "card", "year", *(name.replace("_", " ") for name in texts)),
+                [(card.chip, card.name, str(card.year), *(_value(card, name) for name in texts))
+                 for card in found])
+    print()
+    print_table(("figure", "unit", *(card.chip for card in found)),
+                [_numbers(found, name) for name in found[0].figures if name not in texts])
+
+
+def _numbers(found: Sequence[Card], name: str) -> list[str]:
+    """Return a figure's name, its unit, and its values for the cards in this unit."""
+    values, unit = [getattr(card, name) for card in found], found[0].figures[name]["unit"]
+    words = [("yes" if value else "no") if isinstance(value, bool) else f"{value:,}"
+             for value in values]
+    least = min(filter(None, values), default=0)
+    scale, prefix = next(((scale, prefix) for scale, prefix in PREFIXES
+                          if unit.endswith(PER_SECOND) and least >= scale), (1, ""))
+    if prefix:
+        words = [f"{value / scale:,g}" for value in values]
+    return [name.replace("_", " "), prefix + unit, *words]
 
 
 def _print_methods(found: Sequence[Card],
@@ -86,14 +126,10 @@ def _print_methods(found: Sequence[Card],
         # Print one example per limit; --json prints all.
         card, pair = next((card, pair) for pair in pairs for card in found
                           if word(card, pair) == limit)
-        _print_filled(f"{limit}: for example {' '.join(pair)} on the {card.chip}: "
-                      f"{refused[card.name][pair][0].says}")
+        print_filled(f"{limit}: for example {' '.join(pair)} on the {card.chip}: "
+                     f"{refused[card.name][pair][0].says}")
     print()
-    _print_filled(f"{NOTE} Tables are those of {scene}; --scene names another scene.")
-
-
-def _print_filled(text: str) -> None:
-    print(textwrap.fill(text, WIDTH))
+    print_filled(f"{NOTE} Tables are those of {scene}; --scene names another scene.")
 
 
 def _value(card: Card, name: str) -> str:
@@ -103,7 +139,7 @@ def _value(card: Card, name: str) -> str:
         return "yes" if value else "no"
     if isinstance(value, str):
         return value
-    for scale, prefix in ((1e9, "G"), (1e6, "M")):
-        if unit.endswith(("/s", "Hz")) and value >= scale:
+    for scale, prefix in PREFIXES:
+        if unit.endswith(PER_SECOND) and value >= scale:
             return f"{value / scale:g} {prefix}{unit}"
     return f"{value:,} {unit}"

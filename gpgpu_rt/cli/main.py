@@ -13,6 +13,7 @@ from typing import Any
 from .. import __version__
 from ..disk.files import FULL
 from ..errors import Error
+from ..gl.environment import commit
 from ..interrupts import STATUS
 from ..methods import load_methods
 from .parser import Parser
@@ -82,6 +83,13 @@ def _main(arguments: Sequence[str] | None) -> int:
         return 1
 
 
+class _Version(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        made = commit()
+        print(f"gpgpu-rt {__version__}" + (f", commit {made}" if made else ""))
+        parser.exit()
+
+
 def _show(message: Warning | str, *where: Any, **more: Any) -> None:
     say(f"gpgpu-rt: note: {message}")
 
@@ -109,8 +117,8 @@ def command_parser(only: str | None = None) -> Parser:
     parser = Parser(prog="gpgpu-rt", description="Ray tracing by fragment programs, as on the "
                     "graphics hardware of 2002-2007.")
     _add_methods_from(parser)
-    parser.add_argument("--version", action="version",
-                        version=f"gpgpu-rt {__version__}")
+    parser.add_argument("--version", action=_Version, nargs=0, default=argparse.SUPPRESS,
+                        help="print the version, with the commit in a checkout, and exit")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     def command(name: str, run: Callable[[argparse.Namespace], None],

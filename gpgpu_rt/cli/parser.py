@@ -9,6 +9,23 @@ from ..errors import did_you_mean, nearest_names
 from .help import OwnedOptions, of_owners, short, usage_of, where_to_read_on
 
 
+def _whole_number(text: str) -> int:
+    """Read an argument of ``type=int``. Argparse itself would say only "invalid int value"."""
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number; give one, as in 8"
+                                         ) from None
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number; give one, as in 0.5"
+                                         ) from None
+
+
 class _HelpAll(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
         assert isinstance(parser, Parser)
@@ -39,6 +56,8 @@ class Parser(argparse.ArgumentParser):
         self.instead: dict[str, str] = {}
         self._arguments: Sequence[str] = ()
         self._rare: argparse._ArgumentGroup | None = None
+        self.register("type", int, _whole_number)
+        self.register("type", float, _number)
 
     @property
     def rare(self) -> argparse._ArgumentGroup:

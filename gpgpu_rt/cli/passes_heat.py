@@ -63,9 +63,9 @@ def _passes(chosen: argparse.Namespace) -> None:
         found = write_passes(tracer, Path(chosen.output), chosen.size, chosen.every,
                              chosen.states, camera_of(chosen, tracer.scene.camera),
                              progress=progress)
+    print_stand_in(tracer.scene, chosen.json)
     if chosen.json:
         return print_json(found)
-    print_stand_in(tracer.scene)
     rows = found["passes"]
     pictures = sum("picture" in row for row in rows)
     print(f"wrote {counted(pictures, 'picture')}, passes.gif and passes.json to {chosen.output}")
@@ -96,10 +96,10 @@ def _heat(chosen: argparse.Namespace) -> None:
         draw_heat(maps, chosen.what, scene.title, chosen.highest).save(path)
     rows = [{"method": method, "map": one.title, "packet": packet, **one.summary()}
             for method, one, packet in zip(chosen.methods, maps, packets)]
+    print_stand_in(scene, chosen.json)
     if chosen.json:
         return print_json({**scene.facts(), "what": chosen.what, "size": chosen.size,
                            "output": chosen.output, "methods": rows})
-    print_stand_in(scene)
     print(f"wrote {chosen.output}: {KINDS[chosen.what]}")
     print_table(("method", "mean", "median", "99 %", "maximum"),
                 [(row["map"], f"{row['mean']:.2f}", f"{row['median']:g}",

@@ -6,6 +6,7 @@ import json
 import math
 import re
 import sys
+import textwrap
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -22,6 +23,7 @@ from .parser import Parser
 Command = Callable[[str, Callable[[argparse.Namespace], None], str], Parser]
 
 
+WIDTH = 100     # columns of wrapped text, about the width of a wide table
 NONE = "none"       # the word for no method or no engine
 _WORD = re.compile(r"--[a-z-]+")
 _PLACE = re.compile(r"-[\d.][^,]*,.*")     # a vector that begins with a negative number: -1,0,2
@@ -273,10 +275,17 @@ def print_json(value: Any) -> None:
     print(json.dumps(value, indent=2, default=str))
 
 
-def print_stand_in(scene: Scene) -> None:
+def print_stand_in(scene: Scene, json_follows: bool) -> None:
+    """Print a line if the scene is a stand-in: to stderr if the command prints JSON to stdout."""
     if scene.stand_in:
-        print(f"{scene.name} is a procedural stand-in for {scene.stand_in} "
-              "(`gpgpu-rt scenes` says how to get the original)")
+        tell = say if json_follows else print
+        tell(f"{scene.name} is a procedural stand-in for {scene.stand_in} "
+             "(`gpgpu-rt scenes` says how to get the original)")
+
+
+def print_filled(text: str) -> None:
+    """Print a sentence in lines of at most WIDTH columns."""
+    print(textwrap.fill(text, WIDTH, break_on_hyphens=False))
 
 
 def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -194,6 +194,7 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
             timings: Timings | None = None) -> None:
     statistics = tracer.statistics
     card_time, card_lines = on_card
+    print_stand_in(tracer.scene, chosen.json)
     if chosen.json:
         print_json({**tracer.scene.facts(), "method": tracer.method.name,
                     "gpu": tracer.gpu.info(),
@@ -203,7 +204,6 @@ def _report(chosen: argparse.Namespace, tracer: Tracer, line: str,
                     **({"on_card": card_time} if card_time else {}),
                     **({} if timings is None else {"timings": timings.parts})})
         return
-    print_stand_in(tracer.scene)
     print(f"{line}\n{tracer.method.name} on {tracer.gpu.renderer}: "
           f"{counted(statistics.passes, 'pass')}, {statistics.trace_seconds * 1e3:.0f} ms for "
           f"{counted(statistics.rays, 'ray' if chosen.run is _trace else 'pixel')}, built in "

@@ -81,7 +81,8 @@ def _facts(scene: Scene) -> dict[str, Any]:
 _COLUMNS = {
     ("method", "precision"): "",
     ("rays",): "number of judged rays, of all kinds together",
-    ("wrong",): "share of rays with a leak, a false hit, a wrong triangle or an unfinished search",
+    ("wrong share",): "share of rays with a leak, a false hit, a wrong triangle or an unfinished "
+    "search",
     ("at most (95 %)",): "upper 95 % confidence bound of the share of wrong rays",
     ("leak",): "number of rays that pass through a surface without a hit",
     ("false",): "number of rays with a hit of a triangle that the ray cannot hit",
@@ -94,7 +95,9 @@ _COLUMNS = {
     ("t ulp 50 %", "99.9 %", "max"): "median, quantile and maximum of the error of t over the "
     "right hits, in units in the last place",
     ("u, v max",): "largest error of a barycentric coordinate",
-    ("RMSE", "FLIP"): "error of a picture; 0 if the picture equals the reference's",
+    ("RMSE", "FLIP"): "error of a picture with shadows; 0 if the picture equals the reference's. "
+    "Shadow rays, which the other columns do not judge, and excused rays can change the picture "
+    "although no ray is wrong",
     ("Mrays/s", "ms"): f"rate and time of the passes alone, for the judged rays; median of {RUNS} "
     "calls for each kind. Few rays cannot fill the renderer: measure rates by `gpgpu-rt bench`",
     ("MB",): "size of all textures, those of rays and hits included",
@@ -113,9 +116,9 @@ def _accuracy(chosen: argparse.Namespace) -> None:
     if chosen.output:
         with replacing(chosen.output) as path:
             path.write_text(json.dumps(result, indent=1, default=str) + "\n", encoding="utf-8")
+    print_stand_in(scene, chosen.json)
     if chosen.json:
         return print_json(result)
-    print_stand_in(scene)
     print(f"{scene.name}, {len(scene):,} triangles; up to {chosen.rays:,} rays of each kind: "
           f"{', '.join(KINDS)}; pictures of {chosen.size[0]} x {chosen.size[1]} pixels")
     print_table([head for heads in _COLUMNS for head in heads],
@@ -164,10 +167,10 @@ def _tune(chosen: argparse.Namespace) -> None:
         say("not saved for method auto, because no cache folder can be written; "
             + (f"use --settings {chosen.output}" if chosen.output else
                "write the settings to a file by -o"))
+    print_stand_in(scene, chosen.json)
     if chosen.json:
         print_json({**_facts(scene), **found.to_dict()})
     else:
-        print_stand_in(scene)
         for search in found.searches:
             _print_search(search)
         if kept is not None:
@@ -183,8 +186,8 @@ def _print_search(found: Search) -> None:
     promise = found.promise
     if found.rays_of != ALL:
         print(f"\nfor {found.rays_of} rays, timed on {OWN_KIND[found.rays_of]} rays")
-    print_table(("candidate", "Mrays/s", "rays timed", "rays judged", "wrong", "at most (95 %)",
-                 f"t error at {promise.t_quantile:g}", "MB", "outcome"),
+    print_table(("candidate", "Mrays/s", "rays timed", "rays judged", "wrong share",
+                 "at most (95 %)", f"t error at {promise.t_quantile:g}", "MB", "outcome"),
                 [_trial_line(trial) for trial in found.trials])
     print(f"\nRays: equal shares of {', '.join(promise.kinds)}. MB: textures with 512 x 512 rays "
           "in flight.\nThe decision uses two upper 95 % confidence bounds: the bound of the share "

@@ -39,10 +39,10 @@ def _web(chosen: argparse.Namespace) -> None:
         write_page(scene, names, chosen.output, lenient)
         written, size = (chosen.output,), Path(chosen.output).stat().st_size
     shown = [name for name in names if name not in left_out]
+    print_stand_in(scene, chosen.json)
     if chosen.json:
         return print_json({**scene.facts(), "methods": shown, "left_out": left_out,
                            "output": chosen.output, "pages": written, "bytes": size})
-    print_stand_in(scene)
     print(f"wrote {chosen.output}: {', '.join(shown)}; "
           f"{counted(len(written), 'page')}, {size / 1e6:.1f} MB")
     for reason in left_out.values():

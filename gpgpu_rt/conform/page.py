@@ -69,7 +69,7 @@ def _cell(row: Row) -> str:
         return f'<td class="none">0/{row.rays}</td>'
     share = row.wrong_rays / row.rays
     strength = 0.15 + 0.2125 * max(0.0, float(np.log10(share)) + 4)
-    words = "crash" if row.note else f"{row.wrong_rays}/{row.rays}"
+    words = row.failure or f"{row.wrong_rays}/{row.rays}"
     told = ", ".join(f"{kind}: {count}" for kind, count in row.wrong.items() if count)
     return (f'<td title="{escape(row.note or told)}" style="background: '
             f'rgba(200, 40, 30, {min(strength, 1):.2f})">{words}</td>')

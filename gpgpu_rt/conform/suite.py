@@ -56,6 +56,13 @@ class Row:
     def wrong_rays(self) -> int:
         return sum(self.wrong.values())
 
+    @property
+    def failure(self) -> str:
+        """NO_ANSWER after a timeout, CRASH after another failure, else ""."""
+        if not (self.note and self.rays):
+            return ""
+        return NO_ANSWER if self.note.startswith(NO_ANSWER) else CRASH
+
     def to_dict(self) -> dict[str, Any]:
         return asdict(self)
 
@@ -141,7 +148,7 @@ def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int
             wrong: dict[str, np.ndarray] = {}
             for spec in ordered:
                 row = _row(runners[_process_of(spec)], spec, known, wrong, idle)
-                if row.note.startswith(NO_ANSWER):      # do not wait for this engine again
+                if row.failure == NO_ANSWER:      # do not wait for this engine again
                     idle[spec.title] = f"it gave no answer in {name}"
                 yield row
 

@@ -7,7 +7,7 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import OptionError, nearest_names
+from ..errors import OptionError
 
 # The name of a limit. A program that stores a table's index in one channel can address only as
 # many texels as the card's numbers can count. The papers' programs avoided this limit on cards
@@ -110,4 +110,5 @@ def find_card(name: str) -> Card:
     for card in cards():
         if name.lower() in (card.name.lower(), card.chip.lower()):
             return card
-    raise OptionError(f"no card {name!r}" + nearest_names(name, [c.chip for c in cards()]))
+    raise OptionError(f"no card {name!r}; give the name or the chip of one of "
+                      + ", ".join(f"{card.name} ({card.chip})" for card in cards()))

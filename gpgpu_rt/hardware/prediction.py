@@ -9,11 +9,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..bench.workloads import RAY_SETS, Workload, rays_of
+from ..bench.workloads import RAY_SETS, Workload, rays_of, told
 from ..errors import OptionError, nearest_names
 from ..methods import built_in_methods, find_method
 from ..scene.scene import Scene
-from .cards import INDEX, Card, find_card
+from .cards import INDEX, Card, Refusal, find_card
 from .image_issues import measure
 from .issue import KernelIssues
 from .loop_costs import setup_slots
@@ -22,10 +22,10 @@ from .machine_model import (
 )
 from .methods_on_cards import ERA, era_refusals
 from .program_forms import (
-    BLOCKS, FORMS, PACKETS, PASSES, UNCOALESCED, counted_as, forms_of, kernels_from,
+    BLOCKS, FORMS, PACKETS, PASSES, SAME_WALK, UNCOALESCED, counted_as, forms_of, kernels_from,
     packets_in_loop
 )
-from .static_costs import StaticCost, era_methods, static_cost
+from .static_costs import StaticCost, era_methods, packet_methods, static_cost
 from .warp_packets import LANES
 
 Options = tuple[tuple[str, Any], ...]
@@ -41,7 +41,7 @@ class Prediction:
     method : the method's name
     form : the form of the card's program, of `program_forms.MEANINGS`
     rays : the kind of the rays, in words
-    count : the number of rays, estimated from a sample of the pixels
+    count : the number of rays, of all pixels
     size : pixels per side of the image
     time : the time and its parts
     """
@@ -50,7 +50,7 @@ class Prediction:
     method: str
     form: str
     rays: str
-    count: float
+    count: int
     size: int
     time: CardTime
 
@@ -71,7 +71,7 @@ class Prediction:
 
     def __str__(self) -> str:
         return (f"{self.method} on {self.card.name}, form {self.form}: {self.nanoseconds:,.0f} ns "
-                f"per ray for {self.count:,.0f} {self.rays} of {self.size}x{self.size} pixels "
+                f"per ray for {self.count:,} {self.rays} of {self.size}x{self.size} pixels "
                 f"({self.time.shares})")
 
 
@@ -129,7 +129,7 @@ def predict(scene: Scene, method: str, card: str, rays: str | Workload = "eye", 
     counts = measure(scene, rays, method, options, found.chip)
     time = time_of_image(found, method, form, counts, rays.any_hit,
                          options=tuple(options.items()))
-    return Prediction(found, method, form, kind, counts["rays"], rays.size, time)
+    return Prediction(found, method, form, told(kind), rays.live, rays.size, time)
 
 
 def checked_form(card: Card, method: str, form: str | None = None) -> str:
@@ -143,28 +143,38 @@ def checked_form(card: Card, method: str, form: str | None = None) -> str:
     if card.chip not in FORMS:
         raise OptionError(f"no times are predicted for the {card.name}; give a card of "
                           + ", ".join(FORMS))
+    if limit := limit_of(card, method):
+        raise OptionError(f"the {card.name} could not have run method {method}, which "
+                          f"{limit.says}; give another card")
     forms = forms_of(method, card.chip)
     if not forms:
         raise OptionError(f"no time of {method} is predicted for the {card.name}: "
-                          + _why_no_form(method))
+                          f"{why_no_time(method)}; `gpgpu-rt methods` says which methods have an "
+                          "era form")
     if form is not None and form not in forms:
         raise OptionError(f"method {method} has no form {form!r} on the {card.name}"
                           + nearest_names(repr(form), map(repr, forms)))
-    if method in era_methods():
-        for refused in era_refusals(card, {method: 1})[method, ERA]:
-            if refused.limit != INDEX:
-                raise OptionError(f"the {card.name} could not have run method {method}, which "
-                                  f"{refused.says}; give another card")
     return form or forms[0]
 
 
-def _why_no_form(method: str) -> str:
-    """Return why a card has no form of the method, and what to do."""
+def limit_of(card: Card, method: str) -> Refusal | None:
+    """Return the first limit of the card that forbids the method; None if its kernels fit, or if
+    they were not compiled for a card. The limit of an index is not checked, as in `predict`."""
+    if method in SAME_WALK and not card.branching:
+        return Refusal("loops", "needs loops, because a stack in a local array does not last from "
+                       "pass to pass, and the card has no branches")
+    if method not in era_methods() and method not in packet_methods():
+        return None
+    refused = era_refusals(card, {method: 1})[method, ERA]
+    return next((one for one in refused if one.limit != INDEX), None)
+
+
+def why_no_time(method: str) -> str:
+    """Return why no card has a form of the method."""
     row = find_method(method)
     if row not in built_in_methods():
-        return "no costs were compiled for a method of your own; give a built-in method"
-    reason = row.why_no_era_form() or "it traces packets in a loop, and this card has no loops"
-    return f"{reason}; `gpgpu-rt methods` says which methods have an era form"
+        return "no costs were compiled for a method of your own"
+    return row.why_no_era_form()
 
 
 def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any], any_hit: bool,

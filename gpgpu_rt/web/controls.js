@@ -324,7 +324,7 @@ function sideways(eye, camera) {
 function remember() {
     const choices = new URLSearchParams({method: chosen.method.name, schedule: chosen.schedule,
                                          rays: element("size").value});
-    if (chosen.most !== null && schedule().repeats) choices.set("pass", chosen.most);
+    if (chosen.most !== null) choices.set("pass", chosen.most);     // `loop` keeps the step for the next method
     if (chosen.heat) choices.set("heat", chosen.scale || 1);
     if (chosen.ray) choices.set("ray", chosen.ray.map((at) => Number(at.toFixed(4))).join(","));
     const {camera} = chosen;

@@ -10,7 +10,11 @@ import pytest
 import trimesh
 
 from gpgpu_rt import cli
-from gpgpu_rt.hardware.static_costs import COMPILERS, era_programs, static_cost
+from gpgpu_rt.hardware.cards import find_card
+from gpgpu_rt.hardware.prediction import limit_of
+from gpgpu_rt.hardware.static_costs import (
+    COMPILERS, era_methods, era_programs, packet_methods, static_cost
+)
 
 
 @pytest.mark.parametrize("card", COMPILERS)
@@ -74,6 +78,15 @@ def test_packets_have_the_kernels_of_their_loop(capsys) -> None:
         "traverse", "intersect", "leave", "begin", "pop", "push", "loop"]
 
 
+@pytest.mark.parametrize("card", COMPILERS)
+@pytest.mark.parametrize("method", [*era_methods(), *packet_methods()])
+def test_kernels_that_the_card_could_not_run_are_marked(capsys, method: str, card: str) -> None:
+    assert cli.main(["program", method, "--card", card, "--list"]) == 0
+    told = "could not have run these kernels: " + method in capsys.readouterr().out
+    assert told == (limit_of(find_card(card), method) is not None) == (
+        method in packet_methods() and not find_card(card).branching)
+
+
 @pytest.mark.parametrize("words, says", [
     (["kd-restart", "--card", "nv40", "--all"], "leave --all out"),
     (["kd-restart", "--card", "nv40", "--list", "-o", "x.txt"], "leave --output or --list out"),
@@ -123,7 +136,7 @@ def test_program_says_why_a_chip_is_missing(capsys, chip: str, says: str) -> Non
 
 
 @pytest.mark.parametrize("chip, says", [
-    ("g80", "gpgpu_rt.hardware.prediction.predict"),
+    ("g80", "gpgpu-rt hardware --predict METHOD"),
     ("nv30", "the NV30 is left out, because it has a single render target"),
     ("6800", "nv40 (NVIDIA GeForce 6800 Ultra), r580 (ATI Radeon X1900 XTX)")])
 def test_chips_without_an_era_form_say_why(capsys, tmp_path, chip: str, says: str) -> None:

@@ -20,6 +20,7 @@ from gpgpu_rt.accuracy.error_targets import ALL
 from gpgpu_rt.accuracy.known_rays import check_kinds
 from gpgpu_rt.accuracy.tune import LATE
 from gpgpu_rt.cli import tuning, unfinished
+from gpgpu_rt.cli.main import MODULES, command_parser
 from gpgpu_rt.figures.framework import provenance
 from gpgpu_rt.inspect.data_uris import MOST_PIXELS, png_uri
 from gpgpu_rt.inspect.heat import heat
@@ -43,6 +44,22 @@ def said(capsys, *words: str) -> tuple[int, str, str]:
 def test_without_words_the_help_is_printed(capsys) -> None:
     status, out, err = said(capsys)
     assert status == 0 and out.startswith("usage:") and "render" in out and not err
+
+
+def test_the_version_names_the_commit_of_a_checkout(capsys, monkeypatch) -> None:
+    for made, end in (("abc123", ", commit abc123"), (None, "")):
+        monkeypatch.setattr(sys.modules["gpgpu_rt.cli.main"], "commit", lambda made=made: made)
+        assert said(capsys, "--version") == (0, f"gpgpu-rt {rt.__version__}{end}\n", "")
+
+
+@pytest.mark.parametrize("command", MODULES)
+def test_a_word_in_place_of_a_number_is_explained(command: str, capsys) -> None:
+    parser = command_parser(command)._subparsers._group_actions[0].choices[command]
+    for action in parser._actions:
+        if action.type in (int, float):
+            status, out, err = said(capsys, command, action.option_strings[-1], "x")
+            assert status == 2 and not out and err.count("\n") == 1
+            assert "invalid" not in err and re.search("'x' is not a .*; give one, as in ", err)
 
 
 @pytest.mark.parametrize("words, advice", [

@@ -3,6 +3,7 @@ this project's methods answer no ray wrongly."""
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 import textwrap
 from pathlib import Path
@@ -156,9 +157,10 @@ def test_a_crash_makes_a_row(engine, body: str, note: str) -> None:
         """)
     row, = run([spec], ["one-triangle"], 5)
     assert row.wrong[CRASH] == row.rays == 5 and row.note == note
+    assert row.failure == CRASH
 
 
-def test_an_engine_that_hangs_is_not_run_again(engine) -> None:
+def test_an_engine_that_hangs_is_not_run_again(engine, capsys) -> None:
     spec = engine("""
         import time
 
@@ -168,6 +170,11 @@ def test_an_engine_that_hangs_is_not_run_again(engine) -> None:
     first, second = run([spec], ["one-triangle", "sphere-random"], 5, seconds=2)
     assert first.wrong[CRASH] == 5 and first.note == "no answer within 2 s"
     assert second.rays == 0 and "no answer in one-triangle" in second.note
+    assert [row.failure for row in (first, second)] == ["no answer", ""]
+    assert page_of([first, second], {}).count(">no answer</td>") == 1
+    assert cli.main(["conform", "-m", "none", "--engine", spec.name, "--family", "one-triangle",
+                     "--rays", "5", "--time-limit", "1"]) == 0
+    assert re.search("^one-triangle +no answer$", capsys.readouterr().out, re.MULTILINE)
 
 
 @pytest.mark.parametrize("body, reason", [

@@ -135,7 +135,9 @@ def test_a_failed_write_leaves_the_old_description(out: Path, monkeypatch) -> No
     assert (out / crate.NAME).read_text() == before
 
 
-def test_a_run_of_figures_ends_with_the_description(exact_renderer, tmp_path, monkeypatch) -> None:
+def test_a_run_of_figures_ends_with_the_description(exact_renderer, tmp_path, monkeypatch,
+                                                    capsys) -> None:
+    """A run also names the folders that it makes."""
     monkeypatch.setattr(command, "measure", lambda *given: None)
     monkeypatch.setattr(command.pages, "draw", lambda names, data, out, full: (
         out / "fig03.md").write_text("# Figure 3\n"))
@@ -143,3 +145,7 @@ def test_a_run_of_figures_ends_with_the_description(exact_renderer, tmp_path, mo
     assert command.main(["--only", "fig03", *folders]) == 0
     assert {"fig03.md", "index.md"} <= set(described(tmp_path / "out"))
     assert crate.faults(tmp_path / "out") == []
+    made = "".join(f"figures: made the folder {tmp_path / name}\n" for name in ("data", "out"))
+    assert capsys.readouterr().err == made
+    assert command.main(["--only", "fig03", *folders]) == 0
+    assert not capsys.readouterr().err

@@ -2,10 +2,12 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 
 from gpgpu_rt.cli.main import main
+from gpgpu_rt.cli.shared import WIDTH
 from gpgpu_rt.errors import OptionError
 from gpgpu_rt.hardware.cards import Needs, cards, find_card
 
@@ -44,7 +46,21 @@ def test_the_command_prints_them(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["hardware", "--json"]) == 0
     assert [card["chip"] for card in json.loads(capsys.readouterr().out)] == list(CHIPS)
     assert main(["hardware"]) == 0
-    assert "NVIDIA GeForce 8800 GTX" in capsys.readouterr().out
+    text = capsys.readouterr().out
+    assert max(map(len, text.splitlines())) <= WIDTH
+    rows = [re.split("  +", line) for line in text.splitlines()]
+    for card in cards():
+        assert [card.chip, card.name, str(card.year)] in [row[:3] for row in rows]
+    # A figure without a unit has one cell less, because the cell of the unit is empty.
+    numbers = {row[0].replace(" ", "_"): row[1:] for row in rows
+               if len(row) in (8, 9) and not row[0].startswith("-")}
+    texts = {"bus", "precision", "exact_integers"}
+    assert numbers.keys() - {"figure"} == set(cards()[0].figures) - texts
+    assert numbers["figure"] == ["unit", *CHIPS]
+    assert numbers["clock"] == ["MHz", "275", "300", "325", "520", "400", "650", "1,350"]
+    assert numbers["branching"] == ["no"] * 4 + ["yes"] * 3
+    assert numbers["loop_limit"][-1] == f"{find_card('G80').loop_limit:,}"
+    assert numbers["issue_rate"][-1] == f"{find_card('G80').issue_rate / 1e9:g}"
 
 
 def test_a_scene_alone_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

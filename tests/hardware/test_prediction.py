@@ -1,31 +1,35 @@
 """Predicted times: users, figures and `render --era` get the same time for the same rays."""
 from __future__ import annotations
 
+import json
 import math
+import re
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import RAY_SETS, Workload, rays_of, workload
+from gpgpu_rt.cli.main import main
 from gpgpu_rt.errors import OptionError
 from gpgpu_rt.figures.framework.predicted_times import PredictedRow
 from gpgpu_rt.figures.survey import fig20_whole_images as fig20
 from gpgpu_rt.hardware import era_rays, image_issues, packet_trace
-from gpgpu_rt.hardware.cards import INDEX, find_card
+from gpgpu_rt.hardware.cards import find_card
 from gpgpu_rt.hardware.era_time import era_timed
 from gpgpu_rt.hardware.issue import (
     GROUPS, STEP, WHILE_WHILE, WITHIN, issued_in_loop, issued_in_passes
 )
 from gpgpu_rt.hardware.loop_costs import setup_slots
 from gpgpu_rt.hardware.machine_model import stream_fetches, time_of_loop, time_of_passes
-from gpgpu_rt.hardware.methods_on_cards import ERA, era_refusals
-from gpgpu_rt.hardware.prediction import predict
+from gpgpu_rt.hardware.prediction import limit_of, predict, why_no_time
 from gpgpu_rt.hardware.program_forms import BLOCKS, FORMS, MEANINGS, PASSES, forms_of
 from gpgpu_rt.hardware.static_costs import era_programs, static_cost
 from gpgpu_rt.hardware.trace import record_trace
 from gpgpu_rt.methods import built_in_methods, find_method
+from gpgpu_rt.text_format import number
 
 HORN = {"push_down": True, "stack_size": 3, "skip_empty_leaves": False}
 
@@ -40,15 +44,13 @@ def test_every_method_has_a_time_or_a_reason(method: str, chip: str) -> None:
     except OptionError as reason:
         assert method in str(reason) and find_card(chip).name in str(reason)
         assert "\n" not in str(reason)
-        if forms:
-            refused = era_refusals(find_card(chip), {method: 1})[method, ERA]
-            says = next(f"could not have run method {method}, which {one.says}" for one in refused
-                        if one.limit != INDEX)
+        if limit := limit_of(find_card(chip), method):
+            says = f"could not have run method {method}, which {limit.says}"
         elif find_method(method) not in built_in_methods():
             says = "no costs were compiled for a method of your own"
-        elif not (says := find_method(method).why_no_era_form()):
-            assert method == "kd-packet" and not find_card(chip).branching
-            says = "it traces packets in a loop, and this card has no loops"
+        else:
+            says = find_method(method).why_no_era_form()
+            assert says and not forms
         assert says in str(reason)
         return
     assert found.form == forms[0] and found.form in MEANINGS
@@ -62,6 +64,39 @@ def test_a_stack_in_a_local_array_needs_a_loop(chip: str) -> None:
     assert set(forms_of("kd-stack", chip)) == (
         set(forms_of("kd-texture-stack", chip)) - {PASSES, BLOCKS})
     assert bool(forms_of("kd-stack", chip)) == bool(find_card(chip).branching)
+
+
+@pytest.mark.parametrize("kind", RAY_SETS)
+def test_the_number_of_rays_is_not_a_guess(kind: str) -> None:
+    """A sample of the pixels gives the work, but all rays are counted."""
+    scene = rt.load_scene("cornell")
+    rays = rays_of(scene, RAY_SETS[kind], 150)
+    found = predict(scene, "brute-force", "nv40", kind, size=150)
+    assert found.count == rays.live and f"{rays.live:,} {kind} rays of" in str(found)
+
+
+def test_the_command_prints_a_table(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["hardware", "--predict", "all", "--rays", "shadow", "--size", "16"]
+    assert main(words) == 0
+    heads, _, *lines = capsys.readouterr().out.splitlines()[1:]
+    assert heads.split()[1:] == list(FORMS)
+    lines = {line.split()[0]: re.split("  +", line)[1:] for line in lines if line}
+    assert main([*words, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    rays = rays_of(rt.load_scene("cornell"), RAY_SETS["shadow"], 16)
+    assert (found["scene"], found["rays"], found["count"]) == ("cornell", "shadow", rays.live)
+    for at, (one, (row, chip)) in enumerate(zip(found["predictions"],
+                                                product(rt.methods(), FORMS), strict=True)):
+        assert (one["method"], one["card"]) == (row.name, find_card(chip).name)
+        cell = lines[row.name][at % len(FORMS)]
+        if "seconds" in one:
+            assert cell == number(1e3 * one["seconds"])
+            assert one["seconds"] == predict(rt.load_scene("cornell"), row.name, chip,
+                                             rays).seconds
+        elif limit := limit_of(find_card(chip), row.name):
+            assert cell == f"cannot run: {limit.limit}" and one["reason"] == limit.says
+        else:
+            assert cell == "-" and why_no_time(row.name) in one["reason"]
 
 
 def test_the_page_names_the_rays_that_are_traced(monkeypatch) -> None:
@@ -264,9 +299,10 @@ def test_a_moved_camera_changes_the_time() -> None:
 
 
 @pytest.mark.parametrize("words, more, says", [
-    (("kd-restart", "nv41"), {}, "known: G80, NV25, NV40"),
+    (("kd-restart", "nv41"), {}, r"no card 'nv41'; give .*NVIDIA GeForce 6800 Ultra \(NV40\)"),
     (("kd-restart", "r200"), {}, "give a card of R300, R420, NV40, R580, G80"),
-    (("kd-packet", "r420"), {}, "packets"),
+    (("kd-packet", "r420"), {}, "could not have run method kd-packet, which needs loops"),
+    (("kd-stack", "r420"), {}, "could not have run method kd-stack, which needs loops"),
     (("kd-restart", "nv40", "eyes"), {}, "did you mean eye?"),
     (("kd-restart", "nv40", ["eye"]), {}, "give a Workload or one of eye, shadow"),
     (("kd-restart", None), {}, "card is None; give a card's name"),

@@ -66,11 +66,14 @@ def words(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_commands_tell(command: str, words, capsys) -> None:
-    """The text and the JSON of each command say that the scene is a stand-in."""
+    """The text and the JSON of each command say that the scene is a stand-in. With
+    --json, a line on stderr says so, too."""
     assert cli.main(words(command)) == 0
     assert f"{SCENE} is a procedural stand-in for" in capsys.readouterr().out
     assert cli.main((*words(command), "--json")) == 0
-    found = json.loads(capsys.readouterr().out)
+    out, err = capsys.readouterr()
+    assert f"{SCENE} is a procedural stand-in for" in err
+    found = json.loads(out)
     found = found["races"][0] if command == "bench" else found
     assert found["stand_in"] == rt.load_scene(SCENE).stand_in
 

@@ -78,7 +78,7 @@ def test_another_method_keeps_the_schedule_and_the_step(page: Browser) -> None:
             page.run("goTo(5), 0")
             settle(page)
         assert page.run("[chosen.method.name, chosen.schedule]") == [method, schedule]
-        assert choices(page).get("pass") == ("5" if schedule == "step" else None)
+        assert choices(page)["pass"] == "5"
         last[method] = page.run("counted.last")
         if schedule == "step":
             assert page.run("result.turns") == 5
@@ -203,6 +203,25 @@ def test_the_address_is_followed(page: Browser) -> None:
     page.run("history.back()")
     settle(page)
     page.wait("chosen.method.name === 'bvh-threaded'")
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_page_that_is_opened_again_keeps_its_step(page: Browser, tmp_path: Path,
+                                                    method: str) -> None:
+    """A method that runs only under `loop` shows no steps, but keeps the step for the next
+    method."""
+    page.run("location.hash = 'method=kd-restart&schedule=step&rays=64&pass=7'")
+    page.wait("chosen.most === 7")
+    page.select("#method", method)
+    settle(page)
+    kept = choices(page)
+    assert (kept["method"], kept["pass"]) == (method, "7")
+    (tmp_path / "again").mkdir()
+    opened(page, tmp_path / "again", written(METHODS), page.run("location.hash.slice(1)"))
+    assert choices(page) == kept
+    page.select("#method", "bvh-threaded")
+    settle(page)
+    assert page.run("[chosen.schedule, chosen.most, result.turns]") == ["step", 7, 7]
 
 
 def test_a_wrong_address_is_named(page: Browser) -> None:
