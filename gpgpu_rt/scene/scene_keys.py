@@ -85,8 +85,9 @@ OBJECTS: Mapping[str, Mapping[str, Key]] = {
     },
     "light": {
         "position": Key("vector", "its position, world units", required=True),
-        "intensity": Key("vector", "radiance of a white surface that faces the light, the same "
-                         "at any distance; (1, 1, 1) by default", least=0),
+        "intensity": Key("vector", "strength of the light, the same at any distance: the radiance "
+                         "that a white surface reflects if it faces the light; (1, 1, 1) by "
+                         "default", least=0),
     },
     "environment": {
         "colour": Key("vector", "radiance from all directions", least=0),
