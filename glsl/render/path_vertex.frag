@@ -51,10 +51,8 @@ Rays leave(inout Spawn spawn, vec3 direction) {
 
 #ifdef SHADOWS
 // The sampled light that the vertex sends along the path if nothing blocks the shadow ray.
-vec3 light_asked(Hit hit, Surface surface, Scatter scatter, ivec2 texel, inout Rays shadow) {
-    vec4 random = walk_random(texel, vertex, 1u);
+vec3 light_asked(Spawn spawn, Surface surface, Scatter scatter, vec4 random, inout Rays shadow) {
     AskedLight light = ask_light(random);
-    Spawn spawn = spawn_setup(hit, surface.flat_normal);
 #ifdef ASKED_SURROUNDINGS
     if (light.far) {
         vec3 direction;
@@ -124,12 +122,14 @@ void main() {
 #endif
         if (!last) {
             Scatter scatter = scatter_of(surface, ray.direction);
+            Spawn spawn = spawn_setup(hit, surface.flat_normal);
+            vec4 random = walk_random(texel, vertex, 0u);
 #ifdef SHADOWS
+            vec4 light_random = walk_random(texel, vertex, 1u);
             if (light_count > 0 && scatters(scatter)) {
-                direct = walk.weight * light_asked(hit, surface, scatter, texel, shadow);
+                direct = walk.weight * light_asked(spawn, surface, scatter, light_random, shadow);
             }
 #endif
-            vec4 random = walk_random(texel, vertex, 0u);
             Onward next = onward(surface, scatter, random);
             vec3 weight = walk.weight * next.weight;
             float most = max(max(weight.r, weight.g), weight.b);
@@ -137,7 +137,7 @@ void main() {
             if (most > 0.0 && random.y < chance) {
                 next_walk = Next_walk(weight / chance, next.density);
                 vec3 direction = stored(normalize(next.direction));
-                Spawn spawn = spawn_setup(hit, next.side);
+                spawn.normal = next.side;
                 next_ray = leave(spawn, direction);
             }
         }

@@ -38,7 +38,7 @@ from .picture_streams import PictureStreams, PixelStream
 from .records import CAME_FROM, DIRECT, LIT, RADIANCE, SUMS, WALK
 from .tone_map import EXPOSURE, TONE_MAP
 
-WAVE = 1 << 18      # largest number of paths in a wave, unless the picture has more pixels
+WAVE = 1 << 19      # largest number of paths in a wave, unless the picture has more pixels
 FEWEST = 16         # estimate the noise from the variance of at least this many samples
 
 _DEFAULTS = PathSettings()
