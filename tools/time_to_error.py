@@ -2,8 +2,8 @@
 
 Both renderers draw the same scene with several numbers of samples, in alternation, on all cores.
 The error of a picture is measured against a picture by the same renderer with many samples, so a
-small difference between the renderers counts as no error. Mitsuba runs as ``llvm_ad_rgb`` and needs
-``pip install mitsuba`` and LLVM; ``DRJIT_LIBLLVM_PATH`` names LLVM's library.
+small difference between the renderers counts as no error. Mitsuba runs as ``llvm_ad_rgb``. It
+needs ``pip install mitsuba`` and LLVM; ``DRJIT_LIBLLVM_PATH`` names LLVM's library.
 """
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ def main() -> None:
     for name in SCENES:
         scene = rt.load_scene(name)
         draws = {"gpgpu_rt": own(scene, size), "Mitsuba": mitsuba_renderer(scene, size)}
-        truth = {who: np.mean([np.float64(draw(256, 1000 + seed)) for seed in range(TRUTH)], axis=0)
+        truth = {who: np.mean([np.float64(draw(256, 1000 + k)) for k in range(TRUTH)], axis=0)
                  for who, draw in draws.items()}
         print(f"{name}, {size}x{size}: the pictures without noise differ by "
               f"{relative_error(truth['gpgpu_rt'], truth['Mitsuba']):.2%}", flush=True)
