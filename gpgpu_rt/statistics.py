@@ -18,22 +18,23 @@ class Statistics:
     ----------
     rays : Number of rays in the call.
     method : Name of the method that traced.
-    choice : "coherent" or "incoherent", the rays for which the tracer has this method; "" for a
-        tracer with a single method.
+    choice : The kind of rays for which the tracer has this method, "coherent" or "incoherent"; ""
+        for a tracer with a single method.
     passes : Traversal passes, including the set-up pass.
     draw_calls : Draw calls, including passes that mask or count rays.
     queries : Occlusion queries read back.
     stopped : Number of rays, shadow rays included, that the step cap or a full stack stopped.
     kernel_passes : Number of passes of each kernel, under the ``kernels`` schedule.
-    live : Numbers of rays whose search has not ended. The schedules ``step`` and ``kernels``
-        append a number at each count. The numbers of a picture's ray sets follow one another.
+    live : Numbers of live rays, whose search has not ended. The schedules ``step`` and ``kernels``
+        append a number each time they count live rays. For a picture, the numbers of its first
+        ray set come first, then the numbers of the next set, and so on.
     picture_passes : Name of a pass that traverses nothing -> number of its runs for the picture.
     waves : Number of ray sets that a picture traced.
     texel_fetches : Texels per pixel that ``picture_passes`` read.
-    vertices : An entry for each vertex of paths, if the integrator may pack the live paths into
-        smaller textures (``render/packed_paths.py``). ``live`` counts the paths that reached the
-        vertex; ``texels`` counts the texels over which a traversal pass then runs. Both are sums
-        over all ray sets.
+    vertices : Counts for the first, second, ... vertex of the paths, if packing is on: live paths
+        are then packed into smaller textures (``render/packed_paths.py``). ``live`` counts the
+        paths that reached the vertex; ``texels`` counts the texels over which a traversal pass
+        then runs. Both are sums over all ray sets.
     samples : Samples per pixel, for an integrator that samples.
     noise : Standard error of a pixel's luminance, averaged over the picture and divided by the
         average luminance, for an integrator that samples.

@@ -119,7 +119,7 @@ class Tracer:
 
     @property
     def taken(self) -> str:
-        """The rays for which the last call's method was chosen: "coherent" or "incoherent"."""
+        """The kind of rays that the last call's method is for: "coherent" or "incoherent"."""
         return self.sessions.chosen
 
     @property
@@ -257,8 +257,8 @@ class Tracer:
         progress : Called as progress(samples done, samples in total, noise so far, or infinity).
         first_hits : With "traced", the method traces all eye rays. With "rasterised", the
             rasteriser finds their hits, and the method traces the eye rays whose hit is in doubt;
-            hits equal traced hits to the bit. With "verified", a hit is not proved to be the
-            nearest, so a few pixels may show a triangle behind the nearest one.
+            hits equal traced hits to the bit. With "verified", each eye ray is only proved to hit
+            the triangle that its pixel shows, so a few pixels may show a triangle behind another.
             ``statistics.first_hits`` counts the traced eye rays.
         region : Pixels to draw, (x, y, width, height) from the top left, the same to the bit as in
             the whole picture; None draws all. With a region, the option ``noise`` of "path"
@@ -306,7 +306,7 @@ class Tracer:
     def plan(self, size: tuple[int, int] = (512, 512), integrator: str | None = None,
              **options: Any) -> Plan:
         """Return the plan of `render`, without drawing: the passes, textures and defines that
-        `render` would use, and the reason for each that `render` would omit.
+        `render` would use. The plan also lists what `render` would omit, with the reasons.
 
         Parameters
         ----------

@@ -4,9 +4,9 @@ Names, arguments, shapes and the order of returned arrays are as in ``trimesh.ra
 Differences:
 
 * Hits are sorted by ray, then by (t, triangle), and include all hits on coincident triangles.
-* Triangles and their order are found in float32, which is too coarse far from the origin. A mesh
-  farther from the origin than its size is therefore moved to the origin in float64. The position
-  of a hit is computed in float64, from the mesh and the rays as given.
+* Rays are traced in float32, which is too coarse far from the origin. A mesh farther from the
+  origin than its size is therefore moved to the origin in float64. The position of a hit is
+  computed in float64, from the mesh and the rays as given.
 * A place is a point where a ray passes through the mesh. A place at an edge or a vertex has
   several triangles. ``intersects_location`` returns each place once, with its first triangle.
   ``intersects_id`` returns all triangles of a place, as trimesh's own engine does. With
@@ -295,7 +295,8 @@ def _near_origin(mesh: trimesh.Trimesh) -> tuple[np.ndarray, np.ndarray]:
     subtracted, (3,) float64.
 
     Along each axis, the vector is the mesh's centre if the centre is farther from 0 than the
-    largest side of the mesh's box: float32 would round such vertices coarsely. Otherwise it is 0.
+    largest side of the mesh's box: float32 would round such vertices coarsely. Otherwise the
+    vector is 0.
     A vertex without a face does not count: another vertex replaces it.
     """
     vertices, faces = np.array(mesh.vertices, np.float64), np.asarray(mesh.faces)

@@ -14,7 +14,7 @@ from ..errors import Error, how_to_install
 from ..inspect.data_uris import description_of, image_tag, png_uri
 from .verdict_badges import JudgedFigure, judged_figure, verdict_line
 
-SHORT = 3000     # show a figure's text expanded up to this number of characters
+SHORT = 3000     # a text of at most this many characters is shown expanded
 # HTML attributes of a box that scrolls sideways. The keyboard can scroll the box, too.
 _WIDE = 'class="wide" tabindex="0"'
 
@@ -108,8 +108,8 @@ def _within(token: Any, folder: Path, known: Collection[str]) -> None:
 
 
 def _embedded(folder: Path, url: str, text: str, width: int) -> str:
-    """Return HTML with the picture that a text names. Embed only pictures in the folder of the
-    figures, because the page may be published."""
+    """Return HTML with the picture at ``url``. A path outside the folder of the figures counts as
+    missing: the page may be published, and such a file may be private."""
     name = unquote(url)
     try:
         path = (folder / name).resolve()

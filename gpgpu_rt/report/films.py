@@ -26,17 +26,17 @@ from ..tracer import Tracer
 
 FRAMES = 60      # largest number of frames of a film
 WHITE = 255
-WIDEST = 1 << 14     # largest width in pixels, so that pictures with a pixel per ray do not shrink
+WIDEST = 1 << 14     # in pixels; pictures up to this width keep a pixel for each ray
 SEAM = 1         # white rows between frames, so that no frame shows a row of the next
 
 
 class _Film:
-    """The chosen frames of a film: for each frame, a pass's panels side by side, and a text."""
+    """The chosen frames of a film. A frame shows the panels of a pass side by side."""
 
     def __init__(self, painter: PassPainter, frames: int) -> None:
         self.painter, self.chooser = painter, EvenLoss(frames)
         self.frames: list[tuple[Pass, np.ndarray]] = []
-        self.passes: list[Pass] = []    # only the latest pass, to end the film with it
+        self.passes: list[Pass] = []    # holds only the latest pass, for `end`
         self.titles: list[str] = []
 
     def look(self, one: Pass) -> None:
@@ -80,8 +80,8 @@ class _Film:
 
 
 def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
-    """Return HTML with a film of a method's passes over eye rays. About the same number of rays
-    ends between any two successive frames."""
+    """Return HTML with a film of a method's passes over eye rays. The film shows a new frame each
+    time a fixed share of the rays has ended."""
     rays = size[0] * size[1]
     with Tracer(scene, method, schedule="step") as tracer:
         origins, directions = scene.camera.rays(size)
@@ -111,8 +111,8 @@ def film(scene: Scene, method: str, size: tuple[int, int]) -> str:
             f'<input type="range" min="0" max="{len(texts) - 1}" value="{middle}" '
             'aria-label="frame of the film"><span class="state"></span></div>'
             f'<p class="legend">{legend}</p>{_scale(painter.lo, painter.hi, "t of a hit")}'
-            f"<figcaption>{html.escape(method)} on {html.escape(scene.title)}. From frame to "
-            "frame, the same share of the rays ends.</figcaption></figure>")
+            f"<figcaption>{html.escape(method)} on {html.escape(scene.title)}. The film shows a "
+            "new frame each time a fixed share of the rays has ended.</figcaption></figure>")
 
 
 def heat_maps(scene: Scene, methods: Sequence[str], size: tuple[int, int]) -> str:

@@ -23,7 +23,7 @@ from .films import film, heat_maps, or_why_not
 from .verdict_badges import BADGE_STYLE, overview
 
 LIMIT = 15_000_000      # bytes
-# Largest widths of a picture in pixels. The page uses the first width with which the file stays
+# Wider pictures are shrunk to one of these widths, in pixels: the first with which the file stays
 # within LIMIT.
 WIDTHS = (1400, 1000, 700, 450)
 
@@ -100,8 +100,8 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
     made: dict[tuple[Any, ...], str] = {}
 
     def once(make: Callable[..., str], *arguments: Any) -> str:
-        """Return the HTML of a film or of heat maps. Make the HTML only once, although the page
-        may be assembled again."""
+        """Return the HTML of a film or of heat maps. Make the HTML once, and keep it for further
+        calls of `put_together`."""
         key = make, arguments
         if key not in made:
             what = arguments[0] if isinstance(arguments[0], str) else ", ".join(arguments[0])
@@ -151,8 +151,8 @@ def _opening(there: list[str], named: set[str]) -> str:
     note = "" if not lacking else (f'<p class="missing">{lacking} of {len(named)} figures are '
                                    "missing: <code>make figures</code> measures them.</p>")
     return ("<main><h1>Ray tracing by fragment programs, 2002 to 2007</h1><p>A companion to "
-            "Toshiya Hachisuka’s survey <em>Ray Tracing on Graphics Hardware</em>: its methods "
-            "run again, and are measured and compared with the numbers in their papers.</p>"
+            "Toshiya Hachisuka’s survey <em>Ray Tracing on Graphics Hardware</em>. The survey’s "
+            "methods run again, and the page compares measured with published numbers.</p>"
             + note)
 
 

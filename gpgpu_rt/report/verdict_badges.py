@@ -34,7 +34,7 @@ class JudgedFigure:
         return outcome_of(self.verdict["word"])
 
     def says(self) -> str:
-        """Return a clause with the reason in numbers; "" for a figure without numbers."""
+        """Return a clause with the counts behind the verdict; "" without counts."""
         aside = self.verdict["stand_ins"]
         return "; ".join(filter(None, (
             score(self.verdict),
@@ -61,7 +61,7 @@ def badge(word: str, text: str | None = None) -> str:
 
 
 def verdict_line(one: JudgedFigure) -> str:
-    """Return the badge of a figure's verdict, and the verdict's reason in numbers."""
+    """Return the badge of a figure's verdict, and the counts behind the verdict."""
     says = one.says()
     return (f'<p class="verdict">{badge(one.verdict["word"])}'
             + (f" {html.escape(says)}" if says else "") + "</p>")
@@ -84,7 +84,7 @@ def overview(figures: Iterable[JudgedFigure]) -> str:
                 "</p></section>")
     return ('<section id="verdicts"><h2>What came out</h2>'
             f"<p>This page makes {len(every)} of the survey’s figures and tables again. Fixed "
-            "rules compare the measured numbers with the published numbers: "
+            "rules compare the measured numbers with the published numbers. The outcomes: "
             f"{' '.join(counts)}</p>{''.join(parts)}</section>")
 
 

@@ -9,7 +9,7 @@ from ..text_format import counted
 
 REPRODUCED = "reproduced"
 ORDER = "reproduced in order, not in ratio"
-MOSTLY = "mostly reproduced"   # for claims in words
+MOSTLY = "mostly reproduced"   # only for claims that the survey makes in words
 CONTRADICTED = "contradicted"
 REFUTED = "refuted by a counterexample"    # for claims about a method itself
 TOO_LITTLE = "too little to judge"
@@ -48,8 +48,8 @@ def outcome_of(word: str) -> Outcome:
 
 
 def score(verdict: Mapping[str, Any]) -> str:
-    """Return a clause that says how much agrees with the survey, and on how many scenes; "" if
-    nothing was compared.
+    """Return a clause with the number of claims or pairs that agree with the survey, and with the
+    number of scenes; "" if nothing was compared.
 
     Parameters
     ----------

@@ -29,8 +29,8 @@ class Animation:
     Attributes
     ----------
     scene : the scene at frame 0
-    vertices : function from a frame number, 0 or more, to the argument of `Tracer.update`: (v, 3)
-        or (n, 3, 3) float, world units; the result depends only on the frame number
+    vertices : function from a frame number, 0 or more, to vertices for `Tracer.update`: (v, 3) or
+        (n, 3, 3) float, world units. The result depends only on the frame number
     frames : the number of frames; None if the animation has no end
     camera : function from a frame number to the camera; None if the scene's camera stands still
     """

@@ -107,7 +107,7 @@ class Camera:
     @classmethod
     def looking_at(cls, bounds: tuple[np.ndarray, np.ndarray], *, fov: float = 45.0,
                    along: Vector = (-0.45, -0.35, -1.0)) -> Camera:
-        """Return a camera outside a box, with y up. Every picture that is not taller than wide
+        """Return a camera outside a box, with y up. A picture that is at least as wide as high
         shows the whole box.
 
         Parameters

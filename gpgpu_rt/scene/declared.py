@@ -98,7 +98,7 @@ def _check_ply(path: Path, size: int) -> None:
         if words[:1] == ["element"] and len(words) == 3:
             name, count = words[1], int(words[2])
             if not 0 <= count <= size:
-                raise ValueError(f"its header declares {count} of {name}, but the file has "
+                raise ValueError(f"its header declares {count} {name} elements, but the file has "
                                  f"{size} bytes")
         elif words[:1] == ["property"] and len(words) > 2:
             # Add the smallest size of a value. In a text file, a digit and a separator need 2
@@ -159,7 +159,8 @@ def _check_tree(path: Path, tree: Mapping[str, Any], size: int, inner: int) -> N
             positions += points
             corners += (accessors[_whole(primitive["indices"])]["count"]
                         if "indices" in primitive else points)
-    # trimesh decodes positions to float64 and indices to int64, again for each primitive.
+    # trimesh decodes positions to float64 and indices to int64. Primitives that share data do not
+    # share the decoded arrays.
     stored = size + sum(buffers)
     check_bytes(sum(sizes) + sum(view["byteLength"] for view in views) + 24 * positions, stored,
                 str(path))

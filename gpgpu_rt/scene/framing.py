@@ -17,8 +17,8 @@ _ROWS = 1 << 20         # points that are projected at a time, to bound the memo
 # `inside` tests whether the 2^14 largest triangles hide 64 sampled triangles.
 _LARGEST, _SAMPLE = 1 << 14, 64
 
-# Candidate directions from the eye to the light, as (up, right, forward). If the first is blocked,
-# `beside` chooses the candidate with the light farthest from the eye.
+# Candidate directions from the eye to the light, as (up, right, forward). If a triangle blocks the
+# first direction, `beside` chooses the direction that allows the light farthest from the eye.
 _ASIDE = np.array([(0.9, -0.6, 0), (0.9, 0.6, 0), (0.4, -1, 0), (0.4, 1, 0), (0.2, -0.8, 0.6),
                    (0.2, 0.8, 0.6), (0.7, 0, 0.7), (1, 0, 0), (0.3, 0, 1)])
 _CLEAR = 0.7            # a blocked light moves to this share of the distance to the blocker
@@ -88,10 +88,11 @@ def inside(triangles: np.ndarray, outside: Camera) -> Camera | None:
     """Return a camera inside the mesh if the mesh is a room; None for any other mesh, or if no
     tested place in the room is suitable.
 
-    A mesh counts as a room if two conditions hold. At more than 0.4 of its hits, a camera outside
-    sees the back of a triangle. The largest triangles, such as walls and table tops, hide more
-    than 0.25 of all triangles from every side; this excludes objects whose triangles face inwards.
-    Both limits lie between the values of rooms and the values of objects.
+    A mesh counts as a room if two conditions hold. First, more than 0.4 of the outside camera's
+    rays that hit the mesh meet the back of a triangle. Second, more than 0.25 of the triangles are
+    hidden from all six sides by the largest triangles, such as walls and table tops. The second
+    condition excludes objects whose triangles face inwards. Both limits lie between the values of
+    rooms and the values of objects.
 
     Parameters
     ----------

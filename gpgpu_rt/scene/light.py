@@ -112,7 +112,7 @@ class Environment:
         """Return the coefficients, (4, 3) float64, of the light that a white surface reflects.
 
         Without shadows, a surface of normal n reflects row 0 plus the product of n and rows 1 to
-        3. The sum is exact for a sky. For an image, it contains only the constant and linear
+        3. The sum is exact for a sky. For an image, the sum has only the constant and linear
         spherical harmonics, which suffice for Whitted's ambient term. Ramamoorthi and Hanrahan
         (2001) use the quadratic harmonics too. For a backdrop, the coefficients are 0, because
         shaders compute its light by a formula.

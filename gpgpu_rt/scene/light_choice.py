@@ -97,7 +97,7 @@ class LightChoice:
         intensity = np.array([light.intensity for light in lights]).reshape(-1, 3)
         chance = np.where(self.point_probability > 0, self.point_probability, 1)
         return {"position": np.array([light.position for light in lights]).reshape(-1, 3),
-                # A white surface's irradiance is pi times ``intensity``, its reflected radiance.
+                # A white surface reflects ``intensity`` if its irradiance is pi * ``intensity``.
                 "strength": np.pi * intensity / chance[:, None]}
 
     def far_uniforms(self, scene: Scene) -> dict[str, object]:

@@ -16,8 +16,8 @@ LEAST_ROUGHNESS = 0.01
 
 @dataclass(frozen=True)
 class Material:
-    """The light that a surface reflects, refracts and emits; the parts add up. Both sides of a
-    triangle behave alike, except for a dielectric.
+    """The light that a surface reflects, refracts and emits: the sum of the parts below. Both
+    sides of a triangle behave alike, except for a dielectric.
 
     Attributes
     ----------

@@ -25,7 +25,7 @@ from .obj_file import UNPAINTED, read_obj
 from .texture import quietly
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf", ".aff")
-# Messages of trimesh to drop. The corners give the face normals that an STL file lacks.
+# Messages of trimesh to drop. An STL file needs no face normals: the corners determine them.
 _HARMLESS = ("failed to extract face_normals",)
 
 

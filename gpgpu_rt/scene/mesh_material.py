@@ -169,8 +169,8 @@ def check_image(path: Path, image: Path) -> None:
     file at ``path`` names the image; trimesh would silently omit an unreadable image."""
     if not is_file(image):
         known = "" if not image.name.startswith("-") else " (options before the name are not read)"
-        raise SceneError(f"{path}: no such texture {image.name}{known}; put the texture there, or "
-                         "remove it from the file")
+        raise SceneError(f"{path}: no such texture {image.name}{known}; put the texture where the "
+                         "file expects it, or remove its name from the file")
     try:
         with open_input(image) as file, quietly(), Image.open(file) as found:
             check_texels(*found.size, str(image))

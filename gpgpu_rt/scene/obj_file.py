@@ -77,7 +77,7 @@ def _picked(values: np.ndarray, at: np.ndarray, width: int) -> np.ndarray | None
     some = ((at >= 0) & (at < len(values))).all(axis=1)
     if not some.any():
         return None
-    if values.shape[1] < width:     # a curve's texture coordinate has a single number
+    if values.shape[1] < width:     # lines ``vt`` of curves have one number each
         values = np.pad(values, ((0, 0), (0, width - values.shape[1])))
     found = np.zeros((len(at), 3, width))
     found[some] = values[at[some], :width]

@@ -78,7 +78,7 @@ class Scene:
         cells = sum((rows - 1) * (columns - 1) for rows, columns in self.charts)
         if self.charts and 2 * cells != len(self):
             raise SceneError(f"{self.name}: charts of {cells} cells have {2 * cells} triangles, "
-                             f"not {len(self)}; leave charts out for another mesh")
+                             f"not {len(self)}; give the charts of this mesh, or none")
         if self.charts and self.faces is None:
             self.faces = cell_faces(self.charts).astype(np.int32)
         self.lights = (self.lights,) if isinstance(self.lights, PointLight) else tuple(self.lights)

@@ -234,8 +234,8 @@ class _SceneFile:
 
 
 def _named(mesh: mesh_file.Mesh, word: str) -> np.ndarray:
-    """Return (n,) bool, whether each face belongs to a part or material named ``word``. If a part
-    has several materials, it is stored as several parts, whose names end in numbers."""
+    """Return (n,) bool, whether each face belongs to a part or material named ``word``. From a
+    COLLADA part with several materials, trimesh makes parts such as NAME, NAME_1 and NAME_2."""
     parts = [k for k, name in enumerate(mesh.parts)
              if name == word or re.fullmatch(re.escape(word) + r"_\d+", name)]
     materials = [k for k, m in enumerate(mesh.materials) if m.name == word]

@@ -95,8 +95,8 @@ OBJECTS: Mapping[str, Mapping[str, Key]] = {
         "ground": Key("vector", "radiance from straight below", least=0),
         "image": Key("text", "path of an equirectangular image, as an image file or as .npy, "
                      "relative to the scene file's folder"),
-        "backdrop": Key("flag", "true: the pale sky that surrounds an OBJ file drawn without a "
-                        "scene file"),
+        "backdrop": Key("flag", "true: a pale sky, which also surrounds a mesh that is drawn "
+                        "without a scene file"),
     },
     "camera": {
         "eye": Key("vector", "its position, world units", required=True),

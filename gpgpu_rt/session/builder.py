@@ -27,7 +27,8 @@ class Builder:
         self._built_cost: float | None = None   # SAH cost of the last build, compared with refits
 
     def stored(self, scene: Scene) -> np.ndarray:
-        """Return the triangles as textures store them: boxes must enclose this form."""
+        """Return the triangles rounded as textures store them. Builds need this form, because rays
+        are tested against the rounded triangles."""
         return shrink_flat(self.precision.stored(scene.triangles))
 
     def build(self, triangles: np.ndarray) -> Accelerator:

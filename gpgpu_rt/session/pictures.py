@@ -45,7 +45,7 @@ class Pictures:
             raise OptionError("the rasteriser draws whole pictures; give first_hits=traced for a "
                               "region")
         if first_hits != "traced" and not drawer.centred:
-            raise OptionError(f"integrator {drawer.name} sends rays through whole pixels, but "
+            raise OptionError(f"integrator {drawer.name} spreads eye rays over each pixel, but "
                               "the rasteriser samples only centres; give first_hits=traced")
         rays, buffers = session.buffers.of(drawer.size)
         buffers.keep(drawer.packed_sizes)

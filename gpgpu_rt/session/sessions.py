@@ -133,7 +133,8 @@ class Sessions:
 
     @contextmanager
     def moving(self) -> Iterator[Session]:
-        """Yield the session, whose triangles may move in the block; later pictures show the move.
+        """Yield the present session. The block may move its triangles; later pictures show the
+        move.
 
         Raises
         ------

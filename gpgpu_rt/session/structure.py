@@ -98,7 +98,7 @@ class Structure:
             assert method.adopt is not None
             accelerator = method.adopt(accelerator.structure, self.triangles, options)
             self.write(tuple(missing), accelerator)
-        accelerator.small_integers = self.tables.small_integers     # for the tables of all methods
+        accelerator.small_integers = self.tables.small_integers     # covers all methods' tables
         return self.tables.samplers(), accelerator
 
     def move(self, scene: Scene, built: Accelerator | None = None) -> Moved:
@@ -144,7 +144,7 @@ class Structure:
             self.scene, self.triangles = read_back
         if any(accelerator.tables[name] is not arrays
                for name, arrays in self.tables.written.items()):
-            # A triangle lost or regained its area, so the tables changed.
+            # A table marks triangles without area, and a triangle lost or regained its area.
             self.write(self.method.tables_for(self.options), accelerator)
 
     def release(self) -> None:

@@ -13,7 +13,7 @@ class Drawn:
     divisor : the picture is this many times smaller than its part of the window, along each axis
     seconds : time for drawing and readback
     rays, passes : rays and passes of all waves (sets of rays that are traced together)
-    live : the numbers of live rays that the schedule counted, in order; empty if it counts none
+    live : the numbers of live rays that the schedule counted, in order; empty without counts
     """
 
     divisor: int

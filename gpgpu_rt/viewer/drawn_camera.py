@@ -18,8 +18,8 @@ from ..scene.camera import Camera
 # point's depth lies between NEAREST and 1 times the target's distance.
 PIXEL_SHARE = 0.1
 NEAREST = 0.25
-# (part of the camera, share), in the order of rounding. Rounding a row's part and all earlier
-# parts moves the projection of a point by less than ``share`` times PIXEL_SHARE.
+# Parts of the camera in the order of rounding, each with a share. Rounding a part and all parts
+# before it moves the projection of a point by less than the share times PIXEL_SHARE.
 _BUDGETS = (("fov", 0.1), ("up", 0.3), ("eye", 0.6), ("target", 1.0))
 
 

@@ -131,11 +131,12 @@ class Journey:
         return shown
 
     def caption(self, index: int) -> str:
-        """Return a line about a pass: its kernel and the number of rays that the pass advanced."""
+        """Return a line about a pass: its kernel, the rays that each kernel advanced, and the live
+        rays."""
         one = self.kept[index]
         served = ", ".join(f"{count:,} {name}" for name, count in one.served.items()) or "none"
-        kernel = "of each ray" if one.kernel == "all" else one.kernel
-        return (f"pass {one.number:,} of {len(self._live) - 1:,}, kernel {kernel}; advanced rays: "
+        kernel = "chosen by each ray" if one.kernel == "all" else one.kernel
+        return (f"pass {one.number:,} of {len(self._live) - 1:,}, kernel {kernel}; rays advanced: "
                 f"{served}; live rays: {one.live:,} of {self.size[0] * self.size[1]:,}")
 
     def ray_at(self, pixel: tuple[int, int], size: tuple[int, int]) -> int:

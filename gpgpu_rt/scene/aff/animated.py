@@ -23,7 +23,7 @@ class Movement:
     Attributes
     ----------
     placement : the vertices of the document
-    rows : (v,) index of each vertex of the mesh among the document's vertices
+    rows : (v,) index in ``placement`` of each vertex of the mesh
     span : the times of the frames
     """
 
@@ -68,13 +68,13 @@ def read_moving(path: Path) -> Moving:
     """Return the animation of the AFF file at ``path``.
 
     Two corners share a vertex if they have the same transform, the same position before the
-    transform, and the same normal. The normals of moved vertices are computed anew from the shared
-    vertices. So these normals are smooth exactly where the file's normals are smooth.
+    transform, and the same normal. After a move, a vertex has the mean normal of the triangles
+    that share it. So an edge stays smooth exactly if the file gives both sides the same normals.
 
     Raises
     ------
     SceneError
-        the file has no animation, or is wrong as for `read_document`
+        if the file has no animation; also as for `read_document`
     LimitError, OSError
         as for `read_document`
     """
@@ -96,8 +96,8 @@ def _path(document: Document, span: Span) -> CameraPath | None:
 
 
 def _shared(mesh: Mesh, placement: Placement) -> tuple[np.ndarray, np.ndarray]:
-    """Group the corners that share a vertex. Return for each group the index of one of its
-    vertices in the mesh, (v,), and for each face the groups of its corners, (n, 3)."""
+    """Merge the corners that share a vertex into one vertex. Return the index of an original
+    vertex for each merged vertex, (v,), and the merged vertices of each face, (n, 3)."""
     if mesh.normals is None:
         return np.arange(len(mesh.vertices)), mesh.faces
     vertex = mesh.faces.reshape(-1)

@@ -20,9 +20,9 @@ from .statements import (
 from .surface import Surface
 from .tokens import Tokens
 
-# Bytes that the memory budget counts for each statement of a file that is included again. The
-# number is four times the true size, so that a file with exponentially many includes exceeds the
-# budget within about a second.
+# Bytes that the memory budget counts for each statement of a file that is included again. Nested
+# includes can repeat a file exponentially often. With four times the true size, such a document
+# exceeds the budget within about a second.
 _STATEMENT_BYTES = 4096
 
 
@@ -117,7 +117,7 @@ class _Reader:
         self.path, self.folder = path, os.path.realpath(path.parent)
         self.files = {os.path.realpath(path): _File(path, str(path))}
         self.places: dict[str, str] = {}    # the real path of each included name
-        self.seen: set[int] = set()     # the identities of the geometries so far
+        self.seen: set[int] = set()     # id() of each geometry that is counted
         self.triangles = self.repeated = self.size = 0
 
     def document(self) -> Document:

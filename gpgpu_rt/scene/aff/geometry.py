@@ -78,8 +78,8 @@ def read_mesh(tokens: Tokens) -> Geometry:
         texture = tokens.text("the name of a texture")
         uv = _upright(tokens.numbers(2 * count, "texture coordinates").reshape(-1, 2))
         word = tokens.expect("triangles")
-    # Triangles have indices of normals and of texture coordinates only if these lists have
-    # entries.
+    # A triangle has indices of normals only if the list of normals is not empty. The same applies
+    # to texture coordinates.
     used = [("vertex", vertices), *((what, values) for what, values in (
         ("normal", normals), ("texture coordinate", uv)) if values is not None and len(values))]
     count = tokens.count("triangles", 3 * len(used))
@@ -90,8 +90,8 @@ def read_mesh(tokens: Tokens) -> Geometry:
         if outside.any():
             face, corner = np.argwhere(outside)[0]
             raise tokens.error(
-                f"a triangle names {what} {rows[face, k, corner]}, which is not among the "
-                f"{len(values)}", place[int((face * len(used) + k) * 3 + corner)])
+                f"a triangle names {what} {rows[face, k, corner]}, but the mesh has only "
+                f"{len(values)}, counted from 0", place[int((face * len(used) + k) * 3 + corner)])
     corners = {what: values[rows[:, k]] for k, (what, values) in enumerate(used) if k}
     return Geometry(vertices, rows[:, 0], corners.get("normal"),
                     corners.get("texture coordinate"), texture)
@@ -102,7 +102,7 @@ def _vectors(tokens: Tokens, what: str, width: int) -> np.ndarray:
 
 
 def _upright(uv: np.ndarray) -> np.ndarray:
-    """Return texture coordinates whose v runs upwards; in AFF, v runs down from the first row."""
+    """Return texture coordinates whose v runs up. In AFF, v runs down from the image's top."""
     return uv * (1, -1) + (0, 1)
 
 
@@ -169,7 +169,8 @@ def _separate(vertices: int) -> np.ndarray:
 
 
 def read_sphere(tokens: Tokens) -> tuple[np.ndarray, Geometry]:
-    """Return the transform, (3, 4), of a statement ``s``, a sphere, and the unit ball."""
+    """Read a statement ``s``, a sphere. Return the transform, (3, 4), that makes the sphere from a
+    unit ball, and the unit ball."""
     *centre, radius = tokens.numbers(4, "a sphere's centre and radius")
     return np.column_stack([np.eye(3) * abs(radius), centre]), unit_ball()
 

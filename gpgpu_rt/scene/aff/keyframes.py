@@ -21,7 +21,8 @@ class _Segments:
 
     Parameters
     ----------
-    times : (n,) times of the keys; a time may descend, as in a file of the BART scenes
+    times : (n,) times of the keys. A key may be earlier than the key before it, as in a file of
+        the BART scenes
     shape : (n, 3) tension, continuity and bias of the keys
     """
 
@@ -54,8 +55,9 @@ class _Segments:
 
 
 def _over(length: np.ndarray, span: np.ndarray) -> np.ndarray:
-    """Return length / span, or 0 where span is 0. If times ascend, a segment with a span of 0 also
-    has length 0, and is not used."""
+    """Return length / span, or 0 where span is 0. ``length`` is a segment's time; ``span`` is the
+    time of the segment together with the segment before or after. If times ascend, a segment with
+    a span of 0 also has length 0, and `_Segments.at` never returns it."""
     return np.divide(length, span, out=np.zeros_like(length), where=span != 0)
 
 
@@ -95,7 +97,7 @@ class RotationSpline:
     def __init__(self, keys: np.ndarray) -> None:
         self._segments = _Segments(keys[:, 0], keys[:, 5:8])
         turn = _quaternions(keys[:, 1:4], keys[:, 4])
-        # q and -q are the same rotation; choose the sign nearer to the preceding key.
+        # q and -q are the same rotation. Choose the sign that brings q nearer to the key before.
         sign = np.where((turn[1:] * turn[:-1]).sum(axis=1) < 0, -1.0, 1.0)
         turn[1:] *= np.cumprod(sign)[:, None]
         step = _log(_product(turn[:-1] * (1, -1, -1, -1), turn[1:]))
@@ -161,8 +163,8 @@ class KeyedMotion:
 
     Attributes
     ----------
-    translation : positions, world units
-    rotation : rotations
+    translation : positions of the transform's origin, in the coordinates of the parent transform
+    rotation : rotations around this origin
     scale : factors along the three axes
     visibility : (n, 2) times and flags; a flag is valid until the next time, and 0 hides the
         transform's content

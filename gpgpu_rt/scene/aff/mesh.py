@@ -35,8 +35,8 @@ def read_aff(path: Path) -> Mesh:
 
 
 def mesh_of(document: Document, placement: Placement) -> Mesh:
-    """Return the mesh of a document at the start of its animation, in the order of the file, with
-    vertices rounded to float32."""
+    """Return the mesh of a document at the start of its animation. Faces keep the file's order.
+    Vertices are rounded to float32."""
     instances, time = document.instances, document.begin
     sizes = [len(instance.geometry.faces) for instance in instances]
     vertices = _finite(document, placement, time).astype(np.float64)
@@ -78,8 +78,8 @@ def _normals(document: Document, placement: Placement, sizes: list[int]) -> np.n
     geometry has normals."""
     turned: list[np.ndarray | None] = []
     with np.errstate(all="ignore"):     # a normal that overflows counts as missing
-        # Transform normals by the matrix of cofactors: a transform that flattens its content has
-        # no inverse.
+        # Transform normals by cofactors, which are parallel to the inverse transpose. A transform
+        # that flattens its content has no inverse: its normals become 0 and count as missing.
         x, y, z = placement.transforms(document.begin)[0][:, :, :3].transpose(2, 0, 1)
         cofactors = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1)
         cofactors *= np.sign((x * cofactors[:, 0]).sum(axis=1))[:, None, None]
@@ -115,8 +115,8 @@ def _materials(document: Document) -> tuple[tuple[Material, ...], np.ndarray]:
     if missing:
         names = list(dict.fromkeys(missing))
         shown = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
-        warnings.warn(f"{document.path}: no texture {shown} beside it; surfaces of these "
-                      "textures have the colours of their materials", stacklevel=6)
+        warnings.warn(f"{document.path}: no texture {shown} in its folder or in ../TextureFiles; "
+                      "without textures, surfaces have their materials' colours", stacklevel=6)
     return tuple(rows), np.array(of, np.int64)
 
 

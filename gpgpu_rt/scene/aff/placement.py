@@ -93,8 +93,8 @@ class Placement:
 
     def _blocks(self, moving: bool) -> list[tuple[int, int, int]]:
         """Return the ranges of vertices that move; or, if ``moving`` is false, the ranges that do
-        not move. A range is (first vertex, end, one of its instances). Consecutive instances under
-        the same transform form one range, unless their geometry has ``keys``.
+        not move. A range is (first vertex, vertex after the last, an instance in it). Consecutive
+        instances under one transform form one range, unless their geometry has ``keys``.
         """
         blocks: list[tuple[int, int, int]] = []
         for k, node in enumerate(self.node.tolist()):

@@ -42,8 +42,8 @@ class Viewpoint:
         return self.motion is not None
 
     def at(self, time: float) -> Camera:
-        """Return the camera at a time. If key frames rotate the camera, it looks along the
-        negative z-axis of the rotated axes, and their y-axis points up."""
+        """Return the camera at a time. If key frames rotate the camera, it looks along the rotated
+        negative z-axis, and its up direction is the rotated y-axis."""
         if self.motion is None:
             return self.camera
         eye, ahead = np.array(self.camera.eye), np.subtract(self.camera.target, self.camera.eye)

@@ -82,7 +82,7 @@ def convert(scene: str, files: list[Path], work: Path) -> Path:
         else:
             path = next(file for file in files if file.name == original.file)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")     # only positions and faces are kept
+            warnings.simplefilter("ignore")     # about materials, which are not kept
             mesh = original.edit(mesh_file.read(path))
     finally:
         shutil.rmtree(unpacked, ignore_errors=True)

@@ -25,7 +25,8 @@ from .surface_mesh import SurfaceMesh
 CUTS = 8              # largest number of additional cuts
 # Warn if the image is further from the surface than this share of the surface's extent.
 FAR = 0.02
-# Make another cut, to the most shrunk face, if its shrinkage exceeds this factor times the median.
+# Make another cut, to the most shrunk face, if it shrinks this many times as much as the median
+# face.
 STRETCHED = 12.0
 # The solver's tolerances: for the final embedding, and for choosing cuts.
 TOLERANCE, ROUGH = 1e-5, 1e-3
@@ -45,8 +46,8 @@ class Parametrisation:
     image: np.ndarray
 
     def distances(self) -> np.ndarray:
-        """Return the distance of each vertex, (v,) float64, from the image's surface at the
-        vertex's row and column, world units. Another triangle of the image may be nearer."""
+        """Return the distance of each vertex, (v,) float64, world units, from the point of the
+        image's surface at the vertex's row and column. Other points may be nearer."""
         cell = np.clip(np.floor(self.flat), 0, len(self.image) - 2).astype(np.int64)
         down, right = (self.flat - cell).T[:, :, None]
         row, column = cell.T
@@ -167,9 +168,9 @@ def _around(mesh: SurfaceMesh, opened: SurfaceMesh, was: np.ndarray, along: np.n
     """Map the boundary of a cut surface to the border of the image.
 
     Return the loop of half-edges of the boundary; the start of each half-edge, in texels around
-    the border; and the positions at the border's texels, (4 * size, 3). Cuts are divided into
-    paths at their ends and forks; the texels along the two sides of a path have the same
-    positions.
+    the border; and the positions at the border's texels, (4 * size, 3). The loop is divided
+    into paths at the ends and forks of cuts. The two paths along the two sides of a cut get texels
+    with the same positions.
     """
     loop = opened.loops()[0]
     if len(loop) < 4:

@@ -128,8 +128,9 @@ class SurfaceMesh:
 
     @cached_property
     def _neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """A list of the neighbours of each vertex, one vertex after another: the start and the
-        number of each vertex's entries, (v,) each; the neighbours; and their distances."""
+        """The neighbours of each vertex, in one list sorted by vertex. Four arrays: the index of
+        each vertex's first entry, (v,); the number of its entries, (v,); and for each entry the
+        neighbour and its distance."""
         lone = self.twin < 0
         here = np.concatenate([self.start, self.end[lone]])
         there = np.concatenate([self.end, self.start[lone]])
