@@ -43,8 +43,8 @@ class Entry:
         baseline, embreex on one thread.
     over_wall : As ``over``, but with the entry's rate computed from ``wall_seconds``.
     bytes_a_triangle : Size of a method's tables, divided by the number of triangles.
-    work : Name of a counter -> its value per ray; empty if the race counts no work. The value of a
-        packet is divided by the number of its rays.
+    work : Name of a counter -> its value per ray; empty if the race counts no work. Each ray of a
+        packet gets an equal share of the packet's value.
     out_of : Number of all rays, if the entry traced only a part of them; else None.
     all_options : The options of the method's tracer, with defaults; empty for an engine.
     """
@@ -89,8 +89,10 @@ class Entry:
         return max(self.seconds) / min(self.seconds)
 
     def verdict(self) -> str:
-        """Return "faster" or "slower" than the baseline if all rounds agree, else "not told
-        apart"; "" without a comparison."""
+        """Return "faster" or "slower" if the entry is so in every round, else "not told apart".
+
+        The result is "" for the baseline itself, and if the baseline did not run.
+        """
         if not self.over or self.name == EMBREE:
             return ""
         if min(self.over) > 1:
@@ -139,8 +141,8 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
     Returns
     -------
     list of Entry
-        candidates, then engines, in the given order. Without embreex, the lists of ratios are
-        empty.
+        candidates, then engines, in the given order. Without embreex, ``over`` and ``over_wall``
+        are empty.
 
     Raises
     ------

@@ -39,8 +39,8 @@ class Workload:
     t_max : (n,) float32, the end of each ray; None if rays have no end
     any_hit : whether any hit is enough, as for shadow rays
     shape : (h, w) of a part of the image; None for the whole image
-    t_min : (n,) float32, the start of each ray; None if rays start at their origins. The other
-        engines ignore it
+    t_min : (n,) float32, the start of each ray; None if rays start at their origins. The engines
+        of engines.py ignore ``t_min``
     """
 
     origins: np.ndarray
@@ -53,8 +53,8 @@ class Workload:
 
     @functools.cached_property
     def has_ray(self) -> np.ndarray:
-        """(n,) bool, whether each pixel has a ray. A tracer treats other pixels as misses; the
-        other engines (engines.py) get only pixels with a ray."""
+        """(n,) bool, whether each pixel has a ray. A tracer treats a pixel without a ray as a
+        miss. The engines of engines.py get only pixels with a ray."""
         return ((np.isfinite(self.origins) & np.isfinite(self.directions)).all(axis=1)
                 & self.directions.any(axis=1))
 
@@ -148,8 +148,8 @@ def rays_of(scene: Scene, name: str, size: int) -> Workload:
 
 def _made(scene: Scene, name: str, size: int,
           seen: Callable[[str], tuple[Workload, Hits]]) -> Workload:
-    """Return the workload with this name. ``seen`` returns the rays and the hits of the workload
-    before a bounce."""
+    """Return the workload with this name. ``seen`` returns a workload by name, with its hits: the
+    rays before a bounce, or the eye rays before shadow rays."""
     if name == EYE:
         origins, directions = scene.camera.rays((size, size))
         return Workload(origins.reshape(-1, 3), directions.reshape(-1, 3), size)
@@ -164,8 +164,7 @@ def _made(scene: Scene, name: str, size: int,
 
 
 def _shadows(scene: Scene, seen: Workload, hits: Hits) -> Workload:
-    """Return a ray to the light from each hit whose surface faces the light; NaN for other hits.
-    """
+    """Return a ray to the light from each hit whose surface faces the light; NaN elsewhere."""
     light = np.asarray(scene.light.position, np.float32)
     points, normals = _surfaces(scene, seen, hits)
     towards = light - points
@@ -213,8 +212,8 @@ def _hits(scene: str, name: str, size: int) -> Hits:
 
 
 def _traced(scene: Scene, rays: Workload) -> Hits:
-    """Trace a workload with kd-short-stack. The other measured kd-tree methods use the same cached
-    tree.
+    """Trace a workload with kd-short-stack. Other kd-tree methods can use the same cached tree, so
+    a comparison that includes them builds the tree only once.
     """
     with Tracer(scene, "kd-short-stack") as tracer:
         found = rays.trace(tracer)

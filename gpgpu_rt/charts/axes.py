@@ -9,8 +9,8 @@ from matplotlib.ticker import FuncFormatter, Locator, MaxNLocator, NullLocator
 
 MOST_TICKS = 7
 FEWEST_TICKS = 3
-# First digits of the ticks on a logarithmic axis, from dense to sparse. An integer is the number
-# of decades between ticks.
+# Choices of ticks on a logarithmic axis, from many ticks to few. A tuple has the first digits of
+# the ticks in a decade. An integer n puts a tick at every n-th power of ten.
 _DIGITS: tuple[tuple[float, ...] | int, ...] = ((1, 2, 5), (1, 3), 1, 2, 3, 4, 6)
 
 

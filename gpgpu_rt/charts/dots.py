@@ -60,7 +60,7 @@ def dot_rows(axis: Any, rows: Sequence[str], series: Sequence[Series], label: st
             note = axis.annotate(one.texts[row] if one.texts else plain(value), (end, y),
                                  xytext=(5, 0), textcoords="offset points", va="center",
                                  fontsize=size)
-            note.set_in_layout(False)       # `_leave_space` makes the space
+            note.set_in_layout(False)       # `_leave_space` makes space for the text instead
     for row in range(0, len(rows), 2):
         axis.axhspan(row - 0.5, row + 0.5, color="#f4f4f4", linewidth=0, zorder=0)
     axis.set_yticks(range(len(rows)), rows, fontsize=8)

@@ -65,7 +65,8 @@ def _free_place(place: tuple[float, float], size: tuple[float, float], pixel: fl
     for distance in _DISTANCES:
         for angle in _ANGLES:
             dx, dy = math.cos(math.radians(angle)), math.sin(math.radians(angle))
-            # The distance ends at the box's edge. A label straight above or below is centred.
+            # Measure the distance from the point to the label's edge, not to its centre. Centre a
+            # label that is straight above or below.
             side = 0.0 if abs(dx) < 0.1 else math.copysign(wide / 2, dx)
             x = place[0] + dx * distance * pixel + side
             y = place[1] + dy * (distance * pixel + high / 2)

@@ -17,11 +17,11 @@ Told = tuple[dict[str, Any], list[str]]
 
 @contextmanager
 def watched_for_card(tracer: Tracer) -> Iterator[Callable[[tuple[int, int]], Told]]:
-    """Yield a function to call after the block, with the (width, height) of the picture in pixels.
-    The function predicts the time of the block's traversal on the card of the option ``era``. It
-    returns a dict for JSON, and lines of text.
+    """Yield a function to call after the ``with`` block.
 
-    docs/reference/json.md lists the fields of the dict, ``on_card``.
+    The function predicts how long the card of the option ``era`` would have taken for the rays
+    that were traced in the block. Its argument is the (width, height) of the picture in pixels.
+    Its results are a dict for JSON (``on_card`` in docs/reference/json.md), and lines of text.
     """
     with era_timed(tracer) as seen:
         yield lambda size: _told(seen, size)
@@ -51,8 +51,9 @@ def _time(time: CardTime) -> dict[str, Any]:
 
 
 def _standing(form: str, seen: EraTime) -> str:
-    """Return a note on a form: whether the kernels ran in this form here, and, for the form that
-    the figures check, the command that compares its times with the papers' times."""
+    """Return notes on a form. The first says that the kernels ran in this form here. The second
+    names the command that compares times with the papers' times: only for the card's usual form.
+    """
     here = ", as here" if form == seen.ran else ""
     return here + ("; `python -m gpgpu_rt.figures --only era_machine` compares times in this form "
                    "with the papers' times" if form == seen.forms[0] else "")

@@ -54,7 +54,7 @@ def add_commands(command: Command) -> None:
     sub.add_argument("--page", metavar="PAGE.html", help="write the table as a page, too")
     sub.add_argument("--export", metavar="FOLDER", help="write the suite as plain data instead of "
                      "running it: a .json and an .npz file for each family, their schema, and a "
-                     "program that reads and judges them")
+                     "program that judges a tracer's answers")
     sub.add_argument("--shrink", metavar="FOLDER", help="write a minimal case for each kind of "
                      "wrong answer of each engine, as Python text")
 
@@ -99,8 +99,8 @@ def _conform(chosen: argparse.Namespace) -> None:
     if chosen.check and wrong:
         raise Error(f"--check found {counted(wrong, 'wrong answer')}")
     if chosen.check and (idle := not_loaded(rows)):
-        raise Error(f"--check could not run {', '.join(idle)}; mend the installation or leave it "
-                    "out")
+        raise Error(f"--check could not run {', '.join(idle)}; install again, or run without "
+                    "this engine")
 
 
 def _tell(rows: list[Row], missing: dict[str, str], chosen: argparse.Namespace) -> None:
@@ -111,7 +111,7 @@ def _tell(rows: list[Row], missing: dict[str, str], chosen: argparse.Namespace) 
 
 
 def _specs(chosen: argparse.Namespace) -> tuple[list[Spec], dict[str, str]]:
-    """Return the methods and engines to run; and, by name, why other known engines cannot run."""
+    """Return the methods and engines to run, and name -> reason for engines that cannot run."""
     missing: dict[str, str] = {}
     named = [word for word in chosen.engine if word != NONE]
     given = bool(named or chosen.program)

@@ -123,8 +123,11 @@ def _frames(chosen: argparse.Namespace, workers: Workers, animation: Animation,
 
 
 def _method(chosen: argparse.Namespace) -> tuple[str, dict[str, Any]]:
-    """Return the method and its options. Raise OptionError for ``--statistics``, and for auto and
-    ``--settings``, because the method that they choose may depend on the machine."""
+    """Return the method and its options.
+
+    Raise OptionError for auto, ``--settings`` and ``--force``: a choice by saved settings may
+    depend on the machine. Raise OptionError for ``--statistics``, too.
+    """
     if chosen.settings is not None or chosen.force or chosen.method == AUTO:
         raise OptionError("auto and --settings work in one process only; with --scheduler, name "
                           "the method by --method")

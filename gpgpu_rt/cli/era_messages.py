@@ -25,8 +25,8 @@ def check_era(text: str) -> None:
 
 
 def check_era_form(method: str) -> None:
-    """Raise OptionError if a method has no era form with any options. The message names the
-    methods that have one."""
+    """Raise OptionError for a method that has no era form, whatever its options. The message names
+    the methods that have an era form."""
     if reason := find_method(method).why_no_era_form():
         known = ", ".join(row.name for row in methods() if not row.why_no_era_form())
         raise OptionError(f"method {method} has no era form: {reason}; methods with an era form: "

@@ -1,7 +1,8 @@
 """``gpgpu-rt render --floor``: put a floor below the scene, on which the scene's shadow falls.
 
-There is no floor by default. So the printed counts and times describe the given scene. The scene's
-saved settings and cached trees can be used, and ``Tracer.render`` draws the command's picture.
+By default, the command adds no floor, for three reasons. The printed counts and times describe the
+given scene. The scene's saved settings and cached trees can be used. ``Tracer.render`` draws the
+same picture as the command.
 """
 from __future__ import annotations
 

@@ -11,15 +11,17 @@ from ..hardware.methods_on_cards import ERA, era_refusals, era_texels, method_ne
 from .card_predictions import print_predictions
 from .shared import Command, names, print_filled, print_json, print_table, say, side_word
 
-KIND, SIDE = "eye", 512     # the default rays of --predict, as of `hardware.prediction.predict`
+# The default rays of --predict. `hardware.prediction.predict` has the same defaults.
+KIND, SIDE = "eye", 512
 SCENE = "cornell"   # tables depend on the scene; programs hardly do
 PREFIXES, PER_SECOND = ((1e9, "G"), (1e6, "M")), ("/s", "Hz")
-WIDE = ("exact_integers",)      # numbers of many digits, which stand beside the cards' texts
+WIDE = ("exact_integers",)      # numbers too long for the table with a column per card
 NOTE = ("The rows `era` judge the kernels as the papers had them (docs/era.md), by the counts of "
         "Mesa's compilers for the cards. The other rows judge today's programs by their render "
         "targets, tables, loops, queries and float textures, but not by their instructions, "
-        "because no card's compiler counts them. Programs store a table index in one channel; two "
-        "coordinates, in two channels, would address more texels. The ray engine of "
+        "because no card's compiler counts them. The limit `index` is the number of texels that a "
+        "table index in one channel can distinguish. Our programs store an index in one channel; "
+        "the papers' programs stored two coordinates in two channels. The ray engine of "
         "2002 ran in fixed point; ours emulates it in float textures (`--fixed-point`). The "
         "number of loop iterations is not compared with a card's limit, because it depends on "
         "the rays.")
@@ -96,7 +98,7 @@ def _print_cards(found: Sequence[Card]) -> None:
 
 
 def _numbers(found: Sequence[Card], name: str) -> list[str]:
-    """Return a figure's name, its unit, and its values for the cards in this unit."""
+    """Return a figure's name, its unit, and each card's value in this unit."""
     values, unit = [getattr(card, name) for card in found], found[0].figures[name]["unit"]
     words = [("yes" if value else "no") if isinstance(value, bool) else f"{value:,}"
              for value in values]

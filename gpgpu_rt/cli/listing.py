@@ -42,7 +42,7 @@ def _info(chosen: argparse.Namespace) -> None:
                   f"{row['max_draw_buffers']} render targets")
     if not some:
         raise Error(f"no OpenGL context is available; {hint()}")
-    # Print the table now: `open_gpu` may fail because of an environment variable.
+    # Show the table even if `open_gpu` fails because of an environment variable.
     sys.stdout.flush()
     print(f"used without --context: {open_gpu().backend}")
 

@@ -37,8 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def import_command(arguments: Sequence[str]) -> None:
     """Import the module of the command that the arguments name; without a name, all modules.
 
-    ``__main__.py`` calls this function before `main`: an interrupt during these imports ends the
-    process without an exception (``interrupts.py``).
+    ``__main__.py`` calls this function before `main`. Until `main` begins, an interrupt ends the
+    process without an exception, because an imported library might catch an exception.
     """
     named = next((MODULES[word] for word in arguments if word in MODULES), None)
     for module in MODULES.values() if named is None else [named]:

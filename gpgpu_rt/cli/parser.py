@@ -14,7 +14,7 @@ def _whole_number(text: str) -> int:
     try:
         return int(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number; give one, as in 8"
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number; give a number such as 8"
                                          ) from None
 
 
@@ -22,7 +22,7 @@ def _number(text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number; give one, as in 0.5"
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number; give a number such as 0.5"
                                          ) from None
 
 
@@ -121,5 +121,5 @@ class Parser(argparse.ArgumentParser):
         if not own:
             return f"takes no arguments; leave {word} out"
         if own[-1].nargs in ("*", "+"):
-            return f"needs every {names[-1]} before its first option; move {word} there"
+            return f"needs every {names[-1]} before the first option; move {word} there"
         return f"takes one {' and one '.join(names)}; run {self.prog} again for {word}"

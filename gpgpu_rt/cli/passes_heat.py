@@ -48,7 +48,7 @@ def add_commands(command: Command) -> None:
     sub.add_argument("--size", type=size_word, default=(256, 256), metavar="WIDTHxHEIGHT",
                      help="size of the grid of eye rays; default 256x256")
     sub.add_argument("--max", type=float, dest="highest", metavar="N", help="upper end of the "
-                     "scale; default: 99 %% of the rays of every method are below it")
+                     "scale; default: at least 99 %% of each method's rays are on the scale")
     add_camera(sub)
     add_options(sub)
 

@@ -95,8 +95,8 @@ def files_of_method(name: str) -> list[tuple[str, str]]:
     """Return (file, purpose) for each file of a method. The first file is the Python file of the
     method's row in the method table.
 
-    Without an OpenGL context, includes cannot be resolved: the result has only this Python file
-    and the row's file of kernels.
+    Without an OpenGL context, includes cannot be resolved. The result then has only the Python
+    file and the method's file of kernels.
     """
     row, file = find_method(name), file_of(name)
     found = [] if file is None else [(_shown(file), "row")]

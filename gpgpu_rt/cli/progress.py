@@ -70,6 +70,6 @@ def _bar(unit: str, of: int) -> Any:
             from tqdm.auto import tqdm
     except ImportError:
         return None
-    # tqdm shows no bar in a notebook by default, because its output is no terminal.
+    # With ``disable=None``, tqdm shows a bar only in a terminal, so a notebook needs False.
     bar = tqdm(total=of, unit=unit, dynamic_ncols=True, disable=False if in_notebook() else None)
     return None if bar.disable else bar

@@ -17,8 +17,9 @@ def add_commands(command: Command) -> None:
                      help="the file to write")
     sub.add_argument("--size", type=int, default=128,
                      help="number of cells along each side of the square; default %(default)s")
-    sub.add_argument("--cuts", type=int, default=CUTS, help="largest number of cuts towards "
-                     "regions that the parametrisation shrinks too much; default %(default)s")
+    sub.add_argument("--cuts", type=int, default=CUTS, help="largest number of additional "
+                     "cuts; each cut reaches a part of the surface that the parametrisation "
+                     "shrinks too much; default %(default)s")
 
 
 def _remesh(chosen: argparse.Namespace) -> None:

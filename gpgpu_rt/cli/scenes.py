@@ -79,7 +79,8 @@ def fetch(names: Sequence[str], base: str | None, agreed: bool) -> None:
         _check_name(name)
     _check_base(base)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")     # a missing folder of GPGPU_RT_SCENES is created
+        # `_working` creates a missing folder of GPGPU_RT_SCENES, so a warning is not needed.
+        warnings.simplefilter("ignore")
         folder = next(iter(catalogue.named_folders()), catalogue.data_folder())
         wanted = [name for name in names if not _is_there(name)]
     for name in names:

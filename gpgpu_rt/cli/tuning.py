@@ -57,8 +57,8 @@ def add_commands(command: Command) -> None:
                      "then chooses one method for all rays, because the data of two methods "
                      "would be in memory at once")
     sub.add_argument("--rays", type=count_word, metavar="N", help="number of rays that test the "
-                     "bounds; as many new rays confirm the result; default and minimum: the "
-                     "number that the bounds need")
+                     "bounds, and of new rays that confirm the result; default: the number that a "
+                     "proof of the bounds needs, which replaces a smaller N")
     sub.add_argument("--kinds", type=names, default=list(KINDS), metavar="NAME,NAME,...",
                      help="kinds of rays for which the bounds must hold, in equal shares; default "
                      f"{','.join(KINDS)}")
@@ -86,7 +86,7 @@ _COLUMNS = {
     ("at most (95 %)",): "upper 95 % confidence bound of the share of wrong rays",
     ("leak",): "number of rays that pass through a surface without a hit",
     ("false",): "number of rays with a hit of a triangle that the ray cannot hit",
-    ("triangle",): "number of rays with a hit behind another triangle that they surely hit",
+    ("triangle",): "number of rays whose hit is behind another triangle that the ray surely hits",
     ("unfinished",): "number of rays that the step cap or a full stack stopped",
     ("excused",): "number of rays whose triangle differs from the reference's within float32's "
     "error bound; they do not count as wrong",
@@ -96,8 +96,8 @@ _COLUMNS = {
     "right hits, in units in the last place",
     ("u, v max",): "largest error of a barycentric coordinate",
     ("RMSE", "FLIP"): "error of a picture with shadows; 0 if the picture equals the reference's. "
-    "Shadow rays, which the other columns do not judge, and excused rays can change the picture "
-    "although no ray is wrong",
+    "The picture can differ although no ray is wrong, because of excused rays, or of shadow rays, "
+    "which the other columns do not judge",
     ("Mrays/s", "ms"): f"rate and time of the passes alone, for the judged rays; median of {RUNS} "
     "calls for each kind. Few rays cannot fill the renderer: measure rates by `gpgpu-rt bench`",
     ("MB",): "size of all textures, those of rays and hits included",

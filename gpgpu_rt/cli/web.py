@@ -28,7 +28,7 @@ def _web(chosen: argparse.Namespace) -> None:
     named = chosen.methods or ["kd-restart", "grid", "bvh-threaded"]
     every, left_out = named == ["all"], dict[str, str]()
     names = web_names(None if every else named)
-    lenient = left_out if every else None      # None: a method that cannot run is an error
+    lenient = left_out if every else None   # with None, a method that cannot run is an error
     scene = load_scene(chosen.scene)
     folder = not chosen.output.lower().endswith((".html", ".htm"))
     if folder:

@@ -2,8 +2,8 @@
 
 These functions use only operations whose results are defined to the bit: integer operations, +, -,
 *, /, square roots, minima, maxima and scaling by powers of two. Each operation has its own numpy
-call. Sines, powers, normal distributions, matrix products and norms are not used: their results
-depend on vector libraries, or on compilers that fuse a multiplication with an addition.
+call, so no compiler can fuse a multiplication with an addition. Sines, powers, normal
+distributions, matrix products and norms are not used: their results differ between libraries.
 """
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Families: make scenes and rays for which ray tracers may give wrong hits.
 
-A family belongs to a row of docs/extremes.md. Its name, a number of rays and a seed determine a
-case. `gpgpu-rt conform` tests engines by cases; pytest and the figure `extremes` test methods.
+A family belongs to a row of docs/extremes.md. The family's name, a number of rays and a seed
+determine a case. `gpgpu-rt conform` tests engines by cases; pytest and the figure `extremes` test
+methods.
 """
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def _(n: int, seed: int) -> Case:
                 t_max=1.0)
 
 
-@family("empty-intervals", 42, "intervals of t that are mostly empty, with t_max below t_min")
+@family("empty-intervals", 42, "intervals of t, most of them empty, with t_max below t_min")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     first = chosen(rng, [0.0, 1.0, 100.0], n)

@@ -31,7 +31,9 @@ from .export import case_to_dict
 
 ENGINE, METHOD, FUNCTION, COMMAND = "engine", "method", "function", "command"
 PLACES = ("{cases}", "{answers}")
-COMMAND_SECONDS = 120   # limit for a call of a program; `runner.SECONDS` allows two calls
+# Time limit for a call of a program. `Runner` calls a program twice for its first case, and both
+# calls must fit into `runner.SECONDS`.
+COMMAND_SECONDS = 120
 
 
 @dataclass(frozen=True)
@@ -56,8 +58,8 @@ class Spec:
         if self.kind == METHOD:
             find_method(self.name).resolved({"schedule": self.schedule} if self.schedule else {})
         if self.kind == FUNCTION and not all(self.name.partition(":")):
-            raise OptionError(f"--engine {self.name!r}: give a name of the table, or "
-                              "module:function")
+            raise OptionError(f"--engine {self.name!r}: give a name that --list prints, or "
+                              "MODULE:FUNCTION")
         module = self.name.partition(":")[0]
         if self.kind == FUNCTION and not _found(module):
             hint = "; give the name without .py" if module.endswith(".py") else ""

@@ -72,7 +72,7 @@ def reason(failure: BaseException, what: str) -> str:
 
 
 def _member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
-    # Other compressions decode a whole block at once, and its size in memory has no limit.
+    # Other compressions decode a whole block at once, and a block's decoded size has no limit.
     if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise ValueError(f"{info.filename}: a compression that NumPy does not write")
     with archive.open(info) as file:

@@ -18,8 +18,8 @@ FOLDERS = ("/usr/lib/chromium", "/usr/lib/chromium-browser", "/opt/google/chrome
 LIBRARIES = ("libGLESv2.so", "libEGL.so")    # libEGL.so loads libGLESv2.so
 HINT = ("set GPGPU_RT_ANGLE to a folder with ANGLE's libEGL.so, libGLESv2.so and "
         "libvk_swiftshader.so")
-# One render target fewer than ANGLE has, because FragmentCounter counts fragments in the last
-# target. A program with 8 targets still runs, but all pixels of its viewport are counted.
+# ANGLE has one more render target, in which FragmentCounter counts fragments. A program that draws
+# into all 8 targets still runs, but FragmentCounter then counts all pixels of the viewport.
 MOST_TARGETS = TARGETS - 1
 ES_VERSION = 310
 EXTENSIONS = ("GL_EXT_color_buffer_float", "GL_EXT_float_blend", "GL_OES_draw_buffers_indexed",

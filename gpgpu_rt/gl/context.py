@@ -104,7 +104,7 @@ class Gpu:
         self.programs: dict[Any, moderngl.Program] = {}   # filled by gl/shader.py
         self.compilations: list[Any] | None = None    # filled by gl/shader.py
         self.observers = Observers()
-        self.whole = False    # whether passes draw even texels that they know to be empty
+        self.whole = False    # whether packet passes draw even packets without a ray to trace
         # Whether local arrays work (traversal/own_arrays.py); None before the first check.
         self.keeps_own_arrays: bool | None = None
         self.fences = KeptFences(context, self.renderer)
@@ -132,8 +132,8 @@ class Gpu:
 
     @contextmanager
     def observed(self, observer: Observer, whole: bool = False) -> Iterator[None]:
-        """Call an observer for every pass in the block. With ``whole``, passes draw even texels
-        that they know to be empty."""
+        """Call an observer for every pass in the block. With ``whole``, packet passes draw even
+        packets without a ray to trace."""
         before, self.whole = self.whole, whole or self.whole
         self.observers.all.append(observer)
         try:

@@ -13,8 +13,8 @@ INDEXED = ("ColorMaski", "Enablei", "Disablei", "IsEnabledi", "BlendEquationi",
 RENAMED = {**{f"gl{name}": f"gl{name}OES" for name in INDEXED},
            "glGetTexImage": "glGetTexImageANGLE", "glPolygonMode": "glPolygonModeANGLE",
            "glProvokingVertex": "glProvokingVertexANGLE"}
-# ES has no names for PROGRAM_POINT_SIZE, TEXTURE_CUBE_MAP_SEAMLESS, PRIMITIVE_RESTART and
-# MULTISAMPLE. ES lacks PRIMITIVE_RESTART, and always does what the other three enable.
+# Capabilities that ES does not know. ES always does what PROGRAM_POINT_SIZE (0x8642),
+# TEXTURE_CUBE_MAP_SEAMLESS and MULTISAMPLE enable. ES lacks PRIMITIVE_RESTART (0x8F9D).
 NO_CAPABILITIES = (0x8642, 0x884F, 0x8F9D, 0x809D)
 # The names of the range of point sizes, in OpenGL and in ES.
 GL_POINT_SIZE_RANGE, GL_ALIASED_POINT_SIZE_RANGE = 0x0B12, 0x846D

@@ -1,8 +1,8 @@
 """Accessors of records in the era dialect: GLSL 1.20 without integers (glsl/era/card.frag).
 
-An index is a float. A single multiply-add computes a texel's texture coordinates x and y. The
-integer part of x is the texel's row. A table repeats along x (wrap mode), so a program can sample
-at x without removing this integer part.
+An index i is a float. A single multiply-add computes a texel's texture coordinates x and y. As
+x = (i + 1/2) / TABLE_WIDTH, the integer part of x is the texel's row. A table repeats along x
+(wrap mode), so a program can sample at x without removing this integer part.
 """
 from __future__ import annotations
 

@@ -19,8 +19,9 @@ precision highp usampler2D;
 #define PRECISE
 
 """
-# In a compiled text, the lines after #version enable an extension and define PRECISE. A text from
-# `program_text` defines no PRECISE, and a later line enables the extension.
+# HEADER replaces #version. In a compiled text, HEADER also replaces the next lines, which enable
+# an extension and define PRECISE. In a text from `program_text`, a later line enables the
+# extension; _EXTENSION finds this line.
 _VERSION = re.compile(r"\A#version 330 core\n(?:#extension .*?#endif\n)?", re.S)
 _EXTENSION = re.compile(r"^#extension .*\n", re.M)
 _GLOBAL = re.compile(r"^(?:const )?(?:float|int|uint|i?vec[234]) (\w+) = ([^;]+);([ \t]*//.*)?$",

@@ -132,7 +132,7 @@ class FragmentCounter:
         self._blend_equation(COUNTING_TARGET, GL_FUNC_ADD)
         self._blend_function(COUNTING_TARGET, GL_ONE, GL_ONE)
         draw()
-        if not is_blended:      # else a program itself blends into this target
+        if not is_blended:      # leave blending enabled if it was enabled before
             self._disable(GL_BLEND, COUNTING_TARGET)
         self._attach_to_counting_target(0)
         self._draw_buffers(TARGETS, present)

@@ -44,8 +44,8 @@ class FragmentPass:
         self.program = compile_program(gpu, fragment, defines, virtual, vertex)
         self.texts = gpu.text_of(self.program)
         self.uniforms: dict[str, object] = {}
-        # The program holds this mark while it has this pass's uniforms. If the mark were the pass
-        # itself, the program would keep the pass alive.
+        # Passes share programs. A program's ``extra`` is the mark of the pass whose uniforms the
+        # program has. If ``extra`` were the pass itself, the program would keep the pass alive.
         self._mark = object()
         self.samplers = tuple(name for name in self.program if getattr(
             self.program[name], "gl_type", None) in GL_SAMPLERS)

@@ -29,8 +29,8 @@ class Rectangles:
         self.corners = np.zeros((0, 4), np.float32)
 
     def write(self, corners: np.ndarray) -> None:
-        """Replace the rectangles by (n, 4) corners x0, y0, x1, y1, in texels times the ``unit`` of
-        `FullScreenPass.draw`."""
+        """Replace the rectangles by (n, 4) corners x0, y0, x1, y1. `FullScreenPass.draw` divides
+        the corners by its ``unit`` to get texels."""
         self.corners, self.count = np.ascontiguousarray(corners, np.float32), len(corners)
         if self.count:
             self.buffer.write(self.corners)
@@ -73,7 +73,7 @@ class FullScreenPass(FragmentPass):
         textures : sampler name -> texture; unsampled textures are ignored
         depth : window depth in [0, 1], written and tested
         rectangles : the rectangles to draw; None draws the whole target
-        unit : length of a texel's side, in the coordinates of the corners
+        unit : the number by which corners are divided to get texels
         """
         size = target.size
         if rectangles is None:

@@ -12,8 +12,9 @@ from collections import deque
 
 import moderngl
 
-# 512 queries suffice for all scenes: llvmpipe has at most 64 scenes at a time, and a scene has a
-# few calls of `keep`. If a scene used a query twice, llvmpipe would wait for the scene.
+# 512 queries keep the fences of all current scenes: llvmpipe has at most 64 scenes at a time, and
+# a scene has a few calls of `keep`. With so many queries, no scene uses a query twice, which would
+# make llvmpipe wait for the scene.
 KEPT = 512
 
 

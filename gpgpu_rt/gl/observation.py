@@ -151,7 +151,7 @@ class Observers:
             observer.queried()
 
     def end_query(self, query: OcclusionQuery) -> None:
-        """End an occlusion query of the host. The count belongs to the query's last pass."""
+        """End an occlusion query of the host. Its count becomes the last pass's fragment count."""
         waiting, self._waiting = self._waiting or [], None
         for at, one in enumerate(waiting):
             if one._count is not None and at == len(waiting) - 1:
@@ -160,8 +160,11 @@ class Observers:
 
 
 class HostQuery:
-    """An occlusion query of the host while passes are observed. The result is also the fragment
-    count of the query's last pass, because OpenGL cannot nest occlusion queries."""
+    """An occlusion query of the host while passes are observed.
+
+    OpenGL cannot nest occlusion queries, so an observer cannot count fragments in this query. The
+    last pass in the query gets the query's result as its fragment count; earlier passes get 0.
+    """
 
     def __init__(self, observers: Observers, query: OcclusionQuery) -> None:
         self._observers, self._query = observers, query

@@ -26,7 +26,7 @@ ROUNDINGS = ("nearest", "chop", "up")
 
 @dataclass(frozen=True)
 class Format:
-    """A floating point format inside float32.
+    """A floating point format whose numbers are float32 numbers, too.
 
     Attributes
     ----------

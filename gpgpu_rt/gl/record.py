@@ -247,8 +247,8 @@ class Record:
         """Return the GLSL struct and load function of a stream record.
 
         ``writes`` adds the store function, which rounds to ``storage`` and writes to the render
-        targets from ``first_target`` on. Without ``reads``, the record stays in registers: a
-        function that rounds replaces the load function.
+        targets from ``first_target`` on. Without ``reads``, the record stays in registers and has
+        no load function. Instead, it gets a function that rounds a record to ``storage``.
         """
         name, struct = self.name, self.name.capitalize()
         lines = ['#include "core/texel.glsl"']

@@ -13,7 +13,7 @@ from .textures import release
 
 
 class RowPass(FragmentPass):
-    """Draws ``vertices`` vertices for each item of a list: an integer or a row of integers.
+    """Draws ``vertices`` vertices for each item of a list. An item is one or several integers.
 
     Parameters
     ----------

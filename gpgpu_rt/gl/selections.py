@@ -8,8 +8,8 @@ plain names, so a call makes no branch.
 
 A selection (one of these expressions) is rewritten only if computing both of its values is always
 harmless. Such values assign nothing, call no function with an effect or a loop, and read no array
-outside its bounds. A value may therefore index an array only by a function's parameter. Programs
-pass only numbers of rays or axes as such parameters, and these numbers lie inside the array.
+outside its bounds. Only a function's parameter counts as an index inside the bounds. Programs pass
+only numbers of rays or axes as such parameters, and these numbers lie inside the array.
 """
 from __future__ import annotations
 
@@ -247,8 +247,8 @@ class _Writer:
         return text
 
     def _changes_nothing(self, items: Sequence[Item]) -> bool:
-        """Return whether computing a value changes nothing. A selection's first operand is always
-        computed, so only this test applies to it."""
+        """Return whether computing a value changes nothing. For a selection's first operand, this
+        test suffices, because the first operand is always computed."""
         words = [item for item in _flat(items) if isinstance(item, str)]
         return _calls(items) <= self._harmless and not any(
             word in _CHANGING or _is_directive(word) for word in words)

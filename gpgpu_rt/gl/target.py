@@ -67,7 +67,8 @@ class Target:
                       borrowed={record.name: self.streams[record.name]})
 
     def samplers(self, as_name: str | None = None) -> Mapping[str, moderngl.Texture]:
-        """Return sampler name -> texture, read-only. ``as_name`` renames the only record."""
+        """Return sampler name -> texture, read-only. For a target of one record, ``as_name``
+        replaces the record's name."""
         # Every draw needs this mapping, so keep it until the streams change.
         if as_name is None and self._sampled[0] is self.streams:
             return self._sampled[1]
@@ -88,7 +89,7 @@ class Target:
 
         Returns
         -------
-        Field name -> (n,) or (n, width), an entry per texel, row by row.
+        Field name -> (n,) or (n, width): an entry per texel, row by row, or per ray by ``by_ray``.
         """
         record = self.records[name] if name else self.record
         return read_record(record, stream_samplers(record.name, self.streams[record.name]), by_ray)

@@ -73,7 +73,7 @@ class Card(Sourced):
     def refuses(self, needs: Needs) -> list[Refusal]:
         """Return why the card cannot run a program; empty if it can."""
         limits = (("slots", "arithmetic_slots", needs.arithmetic, "arithmetic instructions"),
-                  ("fetches", "texture_slots", needs.textures, "fetches in the text"),
+                  ("fetches", "texture_slots", needs.textures, "texture fetches"),
                   ("dependent", "dependent_reads", needs.dependent_reads,
                    "levels of dependent fetches"),
                   ("targets", "render_targets", needs.targets, "render targets"),

@@ -20,9 +20,10 @@ from .image_issues import Samples, sampled
 
 # The program RAYS writes a call's rays. In methods without packets, the next pass runs INIT.
 RAYS, INIT = "era/rays.frag", "init"
-# At most MOST_CALLS calls of each kind (any hit or nearest hit) are kept, and stand for all calls
-# of the kind. Their samples have 1 / SHRINK of the width and height that `predict` samples: larger
-# samples would multiply the time of a prediction.
+# The first MOST_CALLS calls of each kind (any hit or nearest hit) are kept. The predicted time of
+# these calls is scaled up to all calls of the kind (`KeptRays.share`). Their samples have
+# 1 / SHRINK of the width and height that `predict` samples: larger samples would multiply the time
+# of a prediction.
 MOST_CALLS, SHRINK = 4, 2
 ANY_HIT = "#define ANY_HIT\n"     # in the fragment text of programs that stop at the first hit
 
@@ -38,8 +39,8 @@ class KeptCall:
 class KeptRays(Observer):
     """Keeps samples of the rays of each call of a tracer with the option ``era``.
 
-    ``calls`` has the kept calls. ``pixels`` maps a kind (whether any hit is enough) to the number
-    of pixels of all its calls.
+    ``calls`` has the kept calls. ``pixels[any_hit]`` is the number of pixels of all calls that ask
+    for any hit (True) or for the nearest hit (False).
     """
 
     def __init__(self, tracer: Tracer) -> None:

@@ -39,9 +39,15 @@ class EraTime:
 
     @cached_property
     def forms(self) -> tuple[str, ...]:
-        """The card's usual form, which the figures compare with the papers' times; then the form
-        in which the kernels ran here, if this is another form. OptionError if the card has no
-        form of the method, as for a user's own method."""
+        """The card's usual form, and the form in which the kernels ran here if it differs.
+
+        The figures compare times in the usual form with the papers' times.
+
+        Raises
+        ------
+        OptionError
+            if no time is predicted for the method on the card, as for a user's own method
+        """
         usual = checked_form(self.card, self.tracer.method.name)
         return tuple(dict.fromkeys((usual, self.ran)))
 

@@ -59,7 +59,8 @@ def test_a_word_in_place_of_a_number_is_explained(command: str, capsys) -> None:
         if action.type in (int, float):
             status, out, err = said(capsys, command, action.option_strings[-1], "x")
             assert status == 2 and not out and err.count("\n") == 1
-            assert "invalid" not in err and re.search("'x' is not a .*; give one, as in ", err)
+            assert "invalid" not in err
+            assert re.search("'x' is not a .*; give a number such as ", err)
 
 
 @pytest.mark.parametrize("words, advice", [
@@ -82,7 +83,7 @@ def test_a_misspelt_word_gets_a_suggestion(words: list[str], advice: str, capsys
 @pytest.mark.parametrize("words, advice", [
     ("accuracy cornell bunny", "accuracy takes one scene; run gpgpu-rt accuracy again for bunny"),
     ("trace cornell rays.npz more.npz -o hits.npz", "trace takes one scene and one RAYS.npz; run"),
-    ("bench cornell -m grid bunny", "bench needs every scene before its first option; move bunny"),
+    ("bench cornell -m grid bunny", "bench needs every scene before the first option; move bunny"),
     ("scenes bunny", "scenes takes no arguments; leave bunny out")])
 def test_an_argument_too_many_is_one_line(words: str, advice: str, capsys) -> None:
     status, out, err = said(capsys, *words.split())

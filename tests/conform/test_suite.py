@@ -238,7 +238,7 @@ def test_a_program_is_judged(tmp_path: Path) -> None:
 @pytest.mark.parametrize("spec, message", [
     (lambda: Spec(ENGINE, "embrex"), "no engine 'embrex'; did you mean embreex"),
     (lambda: Spec(COMMAND, "./tracer {cases}"), "lacks {answers}"),
-    (lambda: Spec.of("module:"), "module:function"),
+    (lambda: Spec.of("module:"), "MODULE:FUNCTION"),
     (lambda: Spec(METHOD, "kd-stack", "step"), "runs under loop only")])
 def test_wrong_specs_are_named(spec, message: str) -> None:
     with pytest.raises(rt.Error, match=message):

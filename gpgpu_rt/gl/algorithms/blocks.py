@@ -1,10 +1,10 @@
 """Stream reduction by blocks: removes elements from a stream and closes the gaps.
 
 D. Roger, U. Assarsson, N. Holzschuch, "Efficient Stream Reduction on the GPU", 2007 (section 3.6
-of Hachisuka's survey). A block has a constant number s of elements. A line of texels is drawn at
-each block's final position. Each fragment of the line finds its element in the block in log s
-steps. The scan runs over the blocks' totals alone. `compact` instead scans all n elements, and
-finds each element in log n steps.
+of Hachisuka's survey). A block has a constant number s of elements. The kept elements of a block
+are adjacent in the result, so a line is drawn over their texels. Each fragment of the line finds
+its element in the block in log s steps. The scan runs over the blocks' totals alone. `compact`
+instead scans all n elements, and finds each element in log n steps.
 """
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _ranks(room: StreamRoom, source: Stream, texels: int, defines: Mapping[str, 
 
 def _segments(room: StreamRoom, target: Stream, source: Stream, ranks: Stream, starts: Stream,
               defines: Mapping[str, object]) -> None:
-    """Draw each block's line (two lines if it crosses a row's end). Drop `ranks` and `starts`."""
+    """Draw a line for each block, split in two at the end of a row. Drop `ranks` and `starts`."""
     target.framebuffer.viewport = (0, 0, 2 * TABLE_WIDTH, rows_of(target.length))
     room.scatter("algorithms/segments", target, [source, ranks, starts], 4 * (starts.length - 1),
                  mode=moderngl.LINES, defines={"BLOCK": BLOCK, **defines}, texels=ranks.length)

@@ -9,7 +9,7 @@ OPERATIONS = {"sum": "SUM", "min": "min", "max": "max"}
 
 
 def reduce_stream(room: StreamRoom, values: Stream, operation: str) -> Stream:
-    """Return one element: the "sum", "min" or "max" of ``values`` in each channel.
+    """Return a stream of one element: the "sum", "min" or "max" of ``values`` in each channel.
 
     Sums are exact if all partial sums are integers up to 2^24.
 

@@ -11,8 +11,8 @@ def scan(room: StreamRoom, values: Stream) -> Stream:
 
     Make levels upwards: an element of a level is the sum of a block of the level below. Then
     compute prefix sums downwards (G. Blelloch, "Prefix Sums and Their Applications", 1990): add
-    the sum inside the block to the sum of all earlier blocks, which the level above holds. Sums
-    are exact if they are integers up to 2^24.
+    the earlier elements of the block to the sum of all earlier blocks, which the level above
+    holds. Sums are exact if they are integers up to 2^24.
 
     Parameters
     ----------
