@@ -204,9 +204,9 @@ TRACER_OPTIONS: tuple[Option, ...] = (
     Option("presort", False, "sort ray arrays on the host before the upload, by direction and "
            "origin; the eye rays of a picture are not sorted", bool,
            label="sort rays on the host"),
-    Option("rasterised_bounds", None, "side in pixels of the tiles for which rasterisation "
-           "computes bounds on the hit distance, so that eye rays search a shorter interval; "
-           "default: no bounds", int, choices=(4, 8, 16), optional=True, unset=OFF),
+    Option("rasterised_bounds", None, "bound the hit distance of eye rays by rasterisation, in "
+           "tiles of this side in pixels, so that the rays search a shorter interval; default: no "
+           "bounds", int, choices=(4, 8, 16), optional=True, unset=OFF),
     Option("intersection", "woop-watertight", "ray-triangle test",
            choices=("woop-watertight", "moller-trumbore", "plucker", "kensler-shirley"),
            label="triangle test"),

@@ -2,8 +2,8 @@
 
 An issue runs a kernel for all pixels that branch together (issue.py). Only samples of the rays are
 traced. Evenly spread pixels give each kernel's runs, and the numbers of passes and queries. Tiles
-of the image give the lanes of each run, because only neighbours branch together. For packets on
-the G80, all rays are traced.
+of neighbouring pixels give the lanes that issues occupy, because only neighbours branch together.
+For packets on the G80, all rays are traced.
 """
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ BLOCK = (8, 8)   # (h, w) of the pixels that the early depth test rejects togeth
 STEPWISE = {"schedule": "step", "steps_per_pass": 1, "intersection": "moller-trumbore"}
 # The largest packet of a packet method. Two such packets make a warp's packet (warp_packets.py).
 WARP_PACKET = (4, 4)
-# Kernel -> the packet counter that says how often each lane runs the kernel, and the runs per
-# count. A bvh-packet counts a node once but tests the boxes of its two children: two runs of
-# `traverse`. The counter of triangle tests is a sum over a packet's rays, hence the division.
+# Kernel of a single-ray method -> (counter of the packet method, runs of the kernel for each unit
+# of the counter). A bvh-packet counts a node once but tests the boxes of its two children: two
+# runs of `traverse`. The counter of triangle tests is a sum over a packet's rays: divide by them.
 RUNS = {"down": ("nodes_visited", 1.0), "traverse": ("nodes_visited", 2.0),
         "follow_rope": ("leaves_visited", 1.0),
         "intersect": ("triangles_tested", 1 / math.prod(WARP_PACKET))}
-# Kernel -> the packet method's kernel that visits the same nodes or triangles, and the field of
-# the state that holds the node or the cursor.
+# Kernel of a single-ray method -> (kernel of the packet method that visits the same nodes or
+# triangles, field of the state that holds the node or the position in a list of triangles).
 PLACES = {"down": ("traverse", "node"), "traverse": ("traverse", "node"),
           "follow_rope": ("leave", "node"), "intersect": ("intersect", "cursor")}
 
@@ -58,7 +58,7 @@ class Samples:
     Attributes
     ----------
     sparse : evenly spread pixels; they give each kernel's runs
-    tiles : tiles of neighbouring pixels; they give the waiting lanes
+    tiles : tiles of neighbouring pixels; they give the lanes that issues occupy
     pixels : the number of pixels of the whole image
     """
 
@@ -99,7 +99,7 @@ def measure(scene: Scene, rays: Workload, method: str, options: Mapping[str, Any
     ----------
     scene : the scene that the rays hit
     rays : all rays of the image
-    method : a method of which `program_forms.forms_of` knows a form on the chip
+    method : a method that has a form on the chip (`program_forms.forms_of`)
     options : options of the tracer and the method
     chip : a chip of `program_forms.FORMS`
 
@@ -117,8 +117,8 @@ def measure(scene: Scene, rays: Workload, method: str, options: Mapping[str, Any
 
 def count_issues(scene: Scene, samples: Samples, method: str, options: Mapping[str, Any],
                  chip: str, forms: Collection[str] = tuple(MEANINGS)) -> dict[str, Any]:
-    """Return what `measure` returns, from samples of the rays, for those of ``forms`` that the
-    chip has. The packets of a warp need all rays, so for these packets call `measure`."""
+    """Return the result of `measure` from samples of the rays, only for the given ``forms``. The
+    form PACKETS needs all rays: call `measure` for this form."""
     pixels = samples.pixels
     if method == "brute-force":
         tests = round(samples.live * len(scene))
@@ -147,7 +147,7 @@ def _issued_of_packets(scene: Scene, rays: Workload, samples: Samples, method: s
     """Return how often packets issue each kernel, with a packet's rays as the lanes of a warp.
 
     The counters of all rays give each kernel's runs for packets of WARP_PACKET. The tiles give the
-    factor by which a warp's larger packet occupies more lanes.
+    growth of the lanes from these packets to a warp's larger packet (`warp_packets.growth`).
     """
     chosen = {**options, "intersection": "moller-trumbore", "packet": WARP_PACKET}
     with Tracer(scene, method, **chosen) as tracer, tracer.counting():
@@ -177,8 +177,8 @@ def _recorded(tracer: Tracer, part: Workload, packets: bool) -> KernelTrace:
 
 
 def _spread(side: int, packet: int, most: int) -> np.ndarray:
-    """Return at most ``most`` of the ``side`` rows (or columns) of an image, evenly spread, as
-    runs of ``packet`` neighbours."""
+    """Choose at most ``most`` of the ``side`` rows (or columns) of an image, in evenly spread
+    groups of ``packet`` neighbours. Return the indices of the chosen rows."""
     if side <= most:
         return np.arange(side)
     count = most // packet
@@ -187,8 +187,8 @@ def _spread(side: int, packet: int, most: int) -> np.ndarray:
 
 
 def _tile_places(side: int, tile: int, tiles: int) -> np.ndarray:
-    """Return which rows (or columns) of an image the tiles have; all of them if the tiles would
-    overlap.
+    """Return the rows (or columns) of an image that the tiles cover. If the tiles would overlap,
+    return all rows.
 
     The axis is divided into ``tiles`` equal parts, with a tile in the middle of each.
     """

@@ -99,8 +99,9 @@ def _in_step(steps: np.ndarray, count: int) -> tuple[np.ndarray, int]:
 def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
     """Return the issues of each kernel and the iterations of the outer loop, over all groups.
 
-    All groups advance in rounds. In a round, every unfinished group issues one kernel. The group
-    then issues each kernel k without an inner loop (``within[k]``) that the same rays need next.
+    All groups advance in rounds. In a round, every unfinished group issues one kernel. If the rays
+    that ran this kernel next need a kernel k without an inner loop (``within[k]``), the group
+    issues kernel k in the same round.
     """
     count = len(within) - 1
     padded = np.concatenate([steps, np.zeros((1, *steps.shape[1:]), np.uint8)])
@@ -116,7 +117,7 @@ def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
             groups, place, kernel, waits = groups[live], place[live], kernel[live], waits[live]
         if not len(groups):
             return issues, iterations
-        # Choose each group's next kernel: starting at ``kernel``, the first with a waiting ray.
+        # Choose each group's next kernel: from ``kernel`` on, the first kernel with a waiting ray.
         any_waits = np.stack([(waits == k).any(axis=1) for k in range(1, count + 1)])
         ahead = (kernel - 1 + np.arange(count)[:, None]) % count
         chosen = any_waits[ahead, np.arange(len(groups))].argmax(axis=0)

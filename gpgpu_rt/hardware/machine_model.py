@@ -41,8 +41,8 @@ class Assumptions:
     ----------
     draw_seconds : the host's time for a draw call with a change of target
     query_seconds : the time until the host has an occlusion query's result and continues
-    branch_instructions : instruction slots of the branch to an issued kernel in a loop, on cards
-        without a unit for branches
+    branch_instructions : instruction slots of a loop's branch to a kernel, on cards without a unit
+        for branches
     texel_bytes : bytes of a stream's texel; the papers' streams are RGBA32F
     """
 
@@ -67,8 +67,8 @@ class CardTime:
 
     Attributes
     ----------
-    parts : name of SHARES -> seconds. A kernel's time counts as the part that bounds it; the time
-        of idle lanes counts as "waiting lanes"
+    parts : name of SHARES -> seconds. The time of a kernel's working lanes is listed under the
+        part that bounds the kernel. The time of its idle lanes is listed under "waiting lanes"
     """
 
     parts: Mapping[str, float]
@@ -165,7 +165,8 @@ def time_of_loop(card: Card, issued: KernelIssues, costs: Mapping[str, StaticCos
         cost = costs[kernel]
         fetches, moved = (cost.fetches - streams[kernel]) / sharing, 0.0
         if uncoalesced:
-            # `_kernel_time` counts `moved` in every lane, but waiting lanes load nothing.
+            # `_kernel_time` counts `moved` in every lane, but waiting lanes load nothing. So scale
+            # `moved` by the share of working lanes.
             fetches, moved = 0.0, fetches * UNCOALESCED_BYTES * runs / max(lanes, 1)
         total += _kernel_time(card, issue_slots(cost) + branch, fetches, moved, runs, lanes)
     return total

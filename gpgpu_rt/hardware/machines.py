@@ -39,9 +39,9 @@ def machines() -> dict[str, Machine]:
 
 @dataclass(frozen=True)
 class Least:
-    """The least time per ray, in seconds, on each resource at its peak rate. ``steps`` and
-    ``tests`` are the units' times. Resources work in parallel. The time
-    ``waiting`` is added to the time of the slowest resource."""
+    """The least time per ray, in seconds, that each resource needs at its peak rate. ``steps`` is
+    the time of the units that traverse, and ``tests`` of the units that test triangles. Resources
+    work in parallel. The time ``waiting`` is added to the time of the slowest resource."""
 
     shader: float = 0.0
     steps: float = 0.0
@@ -68,8 +68,8 @@ def by_unit(kernel: str, taken: str) -> bool:
 
 
 def runs(work: Mapping[str, Any], kind: str, width: int = 1) -> float:
-    """Return the runs per ray of all kernels of a ``kind`` ("steps" or "tests"), for groups of
-    ``width`` rays. A stack's push or pop counts as part of the step before it."""
+    """Return how often groups of ``width`` rays run kernels of a ``kind`` ("steps" or "tests"),
+    divided by the number of rays. A push or pop counts as part of the step before it."""
     lanes = work["lanes"][str(width)]
     return sum(count for kernel, count in lanes.items()
                if kernel not in WITHIN and by_unit(kernel, kind)) / width / work["count"]
@@ -91,10 +91,10 @@ def on_card(card: Card, work: Mapping[str, Any], costs: Mapping[str, LoopCost],
     Parameters
     ----------
     card : The card.
-    work : The work of ``count`` rays. ``runs`` maps a kernel to its runs. ``lanes`` maps a number
-        of rays in a group, then a kernel, to the lanes that groups occupied. ``transfers`` maps a
-        cache to its misses. The key "8192 16 4" means a cache of 8192 bytes with lines of 16
-        bytes, for 4 rays that fetch together.
+    work : The work of ``count`` rays. ``runs`` maps a kernel to its runs. ``lanes["32"]`` maps a
+        kernel to the lanes that it occupied in groups of 32 rays. ``transfers`` maps a cache to
+        its misses. The key "8192 16 4" means a cache of 8192 bytes with lines of 16 bytes, for 4
+        rays that fetch together.
     costs : Each kernel's cost, from the card's compiler.
     units : The units; None for a card without units.
     taken : The kernels that the units execute, as for `by_unit`.

@@ -32,9 +32,9 @@ SIZE = 8   # side of the image in pixels; programs do not depend on it
 class _Programs(Observer):
     """Collects the programs of a call.
 
-    ``found`` maps a program's texts to its name, the largest number of render targets of its
-    passes, and the number of texels in the largest table that the program reads. The name is the
-    kernel's name if the program runs a single kernel, else the file's name.
+    ``found`` maps a program's texts to a name and two numbers: the most render targets of a pass,
+    and the texels of the largest table that the program reads. The name is the kernel's name if
+    the program runs a single kernel, else the file's name.
     """
 
     def __init__(self) -> None:
@@ -100,8 +100,8 @@ def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell",
 
 
 def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str], list[Refusal]]:
-    """Return why a card cannot run the era form of each method. This form runs a kernel per pass,
-    or a loop over packets.
+    """Return why a card cannot run the era form of each method. In the era form, a pass runs one
+    kernel, or traces packets in a loop.
 
     Mesa's compiler for the card counts instructions. R200 and NV25 have no compiler in COMPILERS;
     their counts are those of R300's compiler.

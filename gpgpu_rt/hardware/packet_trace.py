@@ -23,14 +23,15 @@ def fields_of(stack: bool) -> tuple[str, ...]:
 
 def in_loop(trace: KernelTrace, stack: bool) -> KernelTrace:
     """Return the trace of packets in a loop: pushes become steps after the step `traverse`, and
-    pops become steps after the step `leave`. A restart is a pop from an empty stack.
+    pops become steps after the step `leave`. A restart counts as a pop.
 
     Parameters
     ----------
     trace : a trace of kd-packet, with the fields of `fields_of`
     stack : whether packets have a stack
     """
-    # A trace has the fields before each step, so the values after a step are the next step's.
+    # A trace holds the fields' values before each step. The values before the next step are the
+    # values after this step.
     after = {name: _next(values) for name, values in trace.fields.items()}
     next_steps, number = _next(trace.steps), {
         name: at for at, name in enumerate(trace.kernels, 1)}

@@ -1,6 +1,6 @@
 """Prediction: predicts the time that a card of 2002-2006 would have taken to trace rays.
 
-Figures, ``render --era`` and users predict times by this module: the same rays get the same time.
+Figures, ``render --era`` and users call this module, so all three get equal times for equal rays.
 """
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ class Prediction:
     ----------
     card : the card
     method : the method's name
-    form : the form of the card's program, of `program_forms.MEANINGS`
+    form : the form of the card's program, a key of `program_forms.MEANINGS`
     rays : the kind of the rays, in words
-    count : the number of rays, of all pixels
+    count : the number of pixels of the image that have a ray
     size : pixels per side of the image
     time : the time and its parts
     """
@@ -82,8 +82,8 @@ def predict(scene: Scene, method: str, card: str, rays: str | Workload = "eye", 
     The rays are not all traced: their work is estimated from at most 128x128 pixels and four tiles
     of 96x96 pixels (of 128x128 for kd-packet on NV40). Packets on the G80 are all traced. The time
     depends on ``size``, because neighbouring rays of a larger image need the same kernels more
-    often. The limit of an index in one channel is not checked: the time is that of kernels that
-    address texels by two coordinates, as in the papers.
+    often. A float of the card may be too short for the index of a texel. This limit is not
+    checked: the kernels are assumed to address texels by two coordinates, as in the papers.
 
     Parameters
     ----------
@@ -158,8 +158,9 @@ def checked_form(card: Card, method: str, form: str | None = None) -> str:
 
 
 def limit_of(card: Card, method: str) -> Refusal | None:
-    """Return the first limit of the card that forbids the method; None if its kernels fit, or if
-    they were not compiled for a card. The limit of an index is not checked, as in `predict`."""
+    """Return the first limit of the card that forbids the method. Return None if the card can run
+    the method's kernels, or if no card's compiler compiled these kernels. The limit of an index is
+    not checked, as in `predict`."""
     if method in SAME_WALK and not card.branching:
         return Refusal("loops", "needs loops, because a stack in a local array does not last from "
                        "pass to pass, and the card has no branches")
@@ -189,7 +190,7 @@ def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any],
     counts : a result of `image_issues.measure`
     any_hit : whether any hit is enough
     assumed : the numbers of the model without a source
-    options : the method's options, as (name, value); other options change no kernel's cost
+    options : pairs (name, value); options that the compiled method lacks are ignored
     """
     found = {name: tuple(value) if isinstance(value, list) else value
              for name, value in counts["issued"][counted_as(form)].items()}

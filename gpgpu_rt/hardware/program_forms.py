@@ -12,14 +12,14 @@ PASSES, BLOCKS, PACKETS = "passes", "passes, blocks", "packets"
 # The form WHILE_WHILE (issue.py) on the G80, but each lane loads its own data.
 UNCOALESCED = "while-while, uncoalesced"
 # The form STEP on NV40, but about 256 pixels branch together, as on the 7800 GTX, the next card of
-# the family (AnandTech's G80 article, p. 7). More than four registers slow a program down (GPU
-# Gems 2, chapter 30), probably because fewer pixels are in flight. No source says how many pixels
-# then branch together.
+# the family (AnandTech's G80 article, p. 7). On NV40, more than four registers slow a program down
+# (GPU Gems 2, chapter 30), probably because fewer pixels are in flight. Then fewer pixels may also
+# branch together. No source says how many; this form assumes 256.
 SMALLER = "step, 256 pixels"
 SMALLER_GROUPS = {"NV40": (16, 16)}
 # Chip -> the forms of its programs. The first form is the card's usual form: the figures compare
-# its times with the papers' times. R300 and R420 have no loops. The papers whose times are from
-# the other cards ran loops, but most of these papers do not state the order of the kernels.
+# its times with the papers' times. R300 and R420 have no loops. The papers that measured on the
+# other cards used loops, but most of these papers do not state the order of the kernels.
 FORMS: dict[str, tuple[str, ...]] = {
     "R300": (PASSES, BLOCKS), "R420": (PASSES, BLOCKS),
     "NV40": (STEP, SMALLER, WHILE_WHILE, PASSES), "R580": (WHILE_WHILE, STEP, PASSES),

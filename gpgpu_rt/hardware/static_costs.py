@@ -21,8 +21,8 @@ from ..traversal.era import EraKernel, era_kernels
 from ..traversal.era_packets import packet_kernels, packet_loop
 
 COMPILERS = ("r300", "r420", "r580", "nv40", "g80")
-# The depth of a full stack changes a constant of the program, but no instruction, so any depth
-# serves here. The depth of a short stack is an option of the method.
+# The depth of a stack that never drops entries is a constant of the program. The constant changes
+# no instruction, so any depth serves here. The depth of a short stack is an option of the method.
 DEFINES: Mapping[str, object] = {"STACK_SIZE": 32}
 # Settings to compile in addition to the defaults: (method, options).
 SETTINGS: tuple[tuple[str, Mapping[str, Any]], ...] = (
@@ -155,7 +155,7 @@ def _programs(method: str, any_hit: bool, in_loop: bool,
         resolved = row.resolved(dict(options))
         return tuple(_program(method, kernel) for kernel in (
             *packet_kernels(row, resolved, any_hit), packet_loop(row, resolved, any_hit)))
-    # Choose a chip with fp32, whose kernels do not emulate rounding: a card rounds by itself.
+    # A real card rounds by itself. So choose a chip with fp32, whose kernels emulate no rounding.
     resolved = row.resolved({**dict(options), "era": "nv40"})
     defines = {name: value for name, value in DEFINES.items() if name not in row.defines(resolved)}
     kernels = era_kernels(row.formed(resolved), resolved, any_hit, defines, in_loop)
@@ -169,7 +169,8 @@ def _program(method: str, kernel: EraKernel) -> EraProgram:
 
 def all_era_programs() -> list[EraProgram]:
     """Return the programs of every method with an era form, for nearest hits and for any hits.
-    Programs with default options or SETTINGS come first, as passes and in loops; then PACKETS."""
+    Programs with default options or SETTINGS come first, as passes and in loops. The programs of
+    PACKETS follow, only in loops."""
     chosen = [*((name, {}) for name in era_methods()), *SETTINGS]
     return [program for some, forms in ((chosen, (False, True)), (PACKETS, (True,)))
             for name, options in some for any_hit in (False, True) for in_loop in forms

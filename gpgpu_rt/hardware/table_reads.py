@@ -55,7 +55,7 @@ def table_reads(trace: KernelTrace, tables: Mapping[str, Mapping[str, Any]],
     places, order = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
     for number, kernel in enumerate(trace.kernels, 1):
         runs = steps == number
-        moment = np.flatnonzero(runs) // steps.shape[2]     # a step of a group
+        moment = np.flatnonzero(runs) // steps.shape[2]     # number of (group, step)
         index = {name: values[runs].astype(np.int64) for name, values in fields.items()}
         for read in _places(READS[kernel], index, tables):
             places.append(read)

@@ -58,7 +58,7 @@ def description_of(path: Path) -> str:
 
 
 def _opened(path: Path) -> Image.Image:
-    """Open a picture of any declared size without decoding it."""
+    """Open a picture without decoding it. Raise ValueError if Pillow refuses its declared size."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)

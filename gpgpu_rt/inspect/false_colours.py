@@ -39,7 +39,7 @@ def palette(pictures: Sequence[np.ndarray]) -> Image.Image:
     all_of_them = Image.fromarray(np.concatenate(pictures)).quantize(256 - len(exact))
     found = np.reshape(all_of_them.getpalette(), (-1, 3)).astype(int)
     # Drop colours close to an exact colour: Pillow groups similar colours when it searches the
-    # palette, and could use the close colour instead.
+    # palette, and could return the close colour for the exact colour.
     apart = np.abs(found[:, None] - exact[None].astype(int)).max(2).min(1) > 8
     made = Image.new("P", (1, 1))
     made.putpalette(np.concatenate([exact, found[apart]])[:256].ravel().tolist())
@@ -47,7 +47,8 @@ def palette(pictures: Sequence[np.ndarray]) -> Image.Image:
 
 
 def category(number: int) -> tuple[int, int, int]:
-    """Return a ray's colour by its phase: 0 is done, above 0 waits, below 0 is stopped."""
+    """Return a ray's colour by its phase: 0 if it is done, above 0 if it waits for a kernel, and
+    below 0 if it was stopped."""
     if number <= 0:
         return {0: OVER, -1: STOPPED}.get(number, FULL)
     return tuple(int(c) for c in _CATEGORIES[(number - 1) % len(_CATEGORIES)])

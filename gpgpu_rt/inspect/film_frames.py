@@ -8,7 +8,8 @@ class EvenLoss:
     """Chooses passes by their live rays, one pass after another.
 
     Most rays of a trace end within few passes, and most passes run only for the few other rays.
-    Therefore a frame is due whenever a fixed share of the first pass's live rays has ended.
+    Therefore a frame is due each time that a further 1 / (frames - 1) of the first pass's live
+    rays has ended.
 
     Parameters
     ----------
@@ -34,8 +35,10 @@ class EvenLoss:
         return True
 
     def is_replaced(self, count: int, live: int, at_end: int) -> bool:
-        """Return whether the trace's last pass replaces the last chosen pass: no frame is left for
-        both, or no ray has ended between them. Otherwise the last pass is one more frame.
+        """Return whether the trace's last pass replaces the last chosen pass.
+
+        This is so if all frames are used, or if the two passes have equally many live rays.
+        Otherwise the last pass becomes a further frame.
 
         Parameters
         ----------

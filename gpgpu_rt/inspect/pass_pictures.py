@@ -148,7 +148,7 @@ def _room(folder: Path) -> Iterator[None]:
 
 
 def _write_gif(folder: Path, pictures: list[str]) -> None:
-    # Late frames have few live rays, so the first half of the frames gives the palette.
+    # Late frames have few live rays, so four frames of the first half give the palette.
     palette = colours.palette([np.asarray(_rgb(folder / pictures[len(pictures) * k // 8]))
                                for k in (0, 1, 2, 4)])
     frames = [_rgb(folder / picture).quantize(palette=palette, dither=Image.Dither.NONE)

@@ -16,8 +16,8 @@ def meaning(record: Record) -> dict[str, str]:
     Returns
     -------
     dict
-        name in Python -> the text below the declaration, for the record and for each record that
-        one of these texts names. Empty if no module declares the record
+        name in Python -> the text below the declaration. The dict has the record, and each record
+        that a text of the dict names. The dict is empty if no module declares the record
     """
     found: dict[str, str] = {}
     texts = _texts()

@@ -134,7 +134,7 @@ def decode(batch: RayBatch, one: Pass) -> Hits:
 
 def phase_names(tracer: Tracer) -> dict[int, str]:
     """Return the meaning of each value of the state's ``phase``."""
-    # Only a stack of entries in a texture can be full; short stacks overwrite an entry.
+    # Only a full stack in textures stops a ray. A full short stack overwrites an entry.
     ends = {phase: name for phase, name in ENDS.items()
             if phase != OVERFLOWN or tracer.method.stack_entry is not None}
     return {**ends, **dict(enumerate(kernels_of(tracer), 1))}

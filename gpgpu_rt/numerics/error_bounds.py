@@ -27,7 +27,8 @@ permuted so that the direction is largest in z:
 6. ``DET = W0 + W1 + W2``: its error is at most ``(1 + u)^2`` times the sum of the three errors,
    plus ``gamma(2) sum |w|``.
 7. The distance t of the plane. The test uses two edges E and F that meet in a vertex V, and
-   their cross product N. With ``m_i = |e_j f_k| + |e_k f_j|``, ``|N_i - n_i| <= gamma(4) m_i``.
+   their cross product N. For the axes i, j, k, let ``m_i = |e_j f_k| + |e_k f_j|``; then ``|N_i -
+   n_i| <= gamma(4) m_i``.
    The dot product ``D = d . N`` adds gamma(3). The test multiplies N by 1 / D and takes the dot
    product with ``A = V - O``. The roundings of A, 1 / D, this product and the dot product add
    gamma(6). Since ``(a - t d) . n = 0``, ``T - t = ((a - t d) . (N - n) - t (D - d . N)) /
@@ -38,8 +39,8 @@ permuted so that the direction is largest in z:
    ``tiny`` in `_plane_bound`.
 8. A second bound on t. The test clamps T to the range of the corners' distances ``Z_i / d.z``,
    which have the error gamma(3). So the error of T is at most the distance from t to the farther
-   end of the range, plus this rounding. The smaller bound of steps 7 and 8 is used. A t outside
-   the exact range is replaced by the nearer end of the range, which is nearer to T.
+   end of the range, plus this rounding. The smaller bound of steps 7 and 8 is used. If t lies
+   outside the exact range, the end of the range next to t replaces t: T is closer to this end.
 9. ``U = W1 / DET``. Here u is the exact coordinate, and ``W1 - u DET = (W1 - w1) - u (DET -
    det)``. The roundings of DET's inverse and of the product add gamma(3).
 
@@ -92,7 +93,7 @@ class PairBounds:
         direction's length, clamped to the range of the vertices' distances
     u, v : (k,) float64, barycentric coordinates of the point where the ray meets the plane
     t_bound, u_bound, v_bound : (k,) float64, bounds on the error of the test's t, u and v where
-        the test accepts; inf where an overflow is possible
+        the test accepts; t_bound is inf where an overflow is possible
     inside : (k,) bool, whether the ray certainly meets the triangle, so that the test must accept
     possible : (k,) bool, whether the test may accept, whatever the interval of t. If false, the
         ray certainly misses the triangle, and the test must reject
@@ -167,8 +168,8 @@ def bound_pairs(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarr
         u, u_bound = _weight(1, w, w_bound, w_most, det, det_least, arithmetic)
         v, v_bound = _weight(2, w, w_bound, w_most, det, det_least, arithmetic)
 
-        # The largest values must not overflow: products of two sheared coordinates, and depths
-        # divided by d.z.
+        # Products of two sheared coordinates, and depths divided by d.z, must not overflow: they
+        # are the test's largest values.
         spread = np.abs(p).max(axis=(0, 1)) + p_bound.max(axis=(0, 1))
         most = np.maximum(spread ** 2, np.abs(z).max(axis=0))
         safe = (most < arithmetic.huge / 8) & (w_most.sum(axis=0) < arithmetic.huge / 8)
@@ -230,8 +231,8 @@ def _plane_bound(corner: np.ndarray, e: np.ndarray, f: np.ndarray, direction: np
     unit, tiny = arithmetic.unit, arithmetic.tiny
     m = np.abs([e[i] * f[j] for i, j in CROSS]) + np.abs([e[j] * f[i] for i, j in CROSS])
     n = np.array([e[i] * f[j] - e[j] * f[i] for i, j in CROSS])
-    # Underflow may change an edge by 3 tiny, and each of the three operations for a component of
-    # the normal by 1 tiny.
+    # Underflow may change an edge by 3 tiny. A component of the normal takes three operations, and
+    # underflow may change the result of each operation by 1 tiny.
     n_bound = gamma(4, unit) * m + tiny * (4 + 8 * (np.abs(e) + np.abs(f)).sum(axis=0))
     n_most, d = np.abs(n) + n_bound, np.abs(direction)
     exact = (direction * n).sum(axis=0)

@@ -2,9 +2,9 @@
 hits.
 
 Two hits of a ray belong to the same place if their t are equal within the float32 error bounds of
-``error_bounds.py``. They belong to two places if float64 proves that the ray hits both triangles
-at different t. They belong to the same place if their triangles share an edge and show the same
-side, and float64 disproves one of the two hits.
+``error_bounds.py``. There are two exceptions. Hits at equal t belong to two places if float64
+proves that the ray hits both triangles at different t. Hits at different t belong to the same
+place if their triangles share an edge and show the same side, and float64 disproves one hit.
 """
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ def first_hits_of_places(ray: np.ndarray, t: np.ndarray, corners: np.ndarray,
     # The error of t is at most the triangle's extent along the ray, plus the rounding of the ends.
     far = np.maximum(np.abs(lo), np.abs(hi))
     begins = _begins(ray, t, hi - lo + 4 * gamma(4) * far + 64 * FLOAT32.tiny)
-    # Only hits that touch another hit by this cheap bound need the exact bounds.
+    # A hit whose t differs from all others by more than this cheap bound is a place of its own.
+    # Only the other hits need the exact bounds.
     alone = begins & np.r_[begins[1:], True][:len(begins)]
     rows = np.flatnonzero(~alone)
     if not len(rows):
@@ -76,7 +77,7 @@ def _ends(corners: np.ndarray, origins: np.ndarray, directions: np.ndarray
     axis = np.abs(directions).argmax(axis=1)[:, None]
     along, start = (np.take_along_axis(values, axis, 1).astype(np.float64)
                     for values in (directions, origins))
-    # By corner: numpy is slow along short axes.
+    # Compute corner by corner, because numpy is slow along short axes.
     a, b, c = ((np.take_along_axis(corners[:, k], axis, 1) - start) / along for k in range(3))
     return (np.minimum(np.minimum(a, b), c)[:, 0], np.maximum(np.maximum(a, b), c)[:, 0])
 

@@ -18,7 +18,7 @@ CROSS = ((1, 2), (2, 0), (0, 1))
 
 
 def kept(values: np.ndarray) -> np.ndarray:
-    """Return the values unchanged: as the default of ``R`` below, this keeps numpy's rounding."""
+    """Return the values unchanged. This default of ``R`` keeps numpy's rounding."""
     return values
 
 

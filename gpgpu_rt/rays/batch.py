@@ -22,8 +22,8 @@ from .tile_bounds import SIDE, TileBounds
 FEW, AT_ONCE = 1 << 16, 1 << 18
 ROW = 1024   # rays in a row of the texture if the caller gives no shape
 # The result for a block of rays: the indices of invalid rays; exponents that scaled directions;
-# shifts that advanced origins, in units of t; and the start. `None` replaces exponents or shifts
-# that are all 0, and a start (origin and t_min) that the rays do not share.
+# shifts that advanced origins, in units of t; and the start (origin and t_min) that all rays of
+# the block share. Exponents or shifts are None if all are 0. The start is None if rays differ.
 _Laid = tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]
 _ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
 
@@ -124,7 +124,8 @@ class RayBatch:
         starts = [start for *_, start in laid]
         alike = bool(starts) and all(_same(start, starts[0]) for start in starts)
         self.start = starts[0] if alike else None
-        self._starts = list(zip(blocks, starts))    # a start of None: the origins are written
+        # Blocks with a start of None have already written their origins to the texture.
+        self._starts = list(zip(blocks, starts))
         if not alike:
             self._lay_out_starts()
 
@@ -136,7 +137,7 @@ class RayBatch:
         return np.broadcast_to(t, self.count)
 
     def _rows(self, part: slice) -> list[np.ndarray]:
-        """Return the rows of a block, (rows, width, 4) per texture. The block starts a row."""
+        """Return the rows of a block, (rows, width, 4) per texture. The block begins a new row."""
         width = self.size[0]
         rows = slice(part.start, -(-part.stop // width) * width)
         return [plane[rows].reshape(-1, width, 4) for plane in self._planes]
@@ -235,7 +236,8 @@ def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarr
         bad = ~well
         np.copyto(size, 0.5, where=bad)
         ill, alike = np.flatnonzero(bad), False
-        if np.isinf(origins.take(ill, axis=0)).any():   # `approach` would move these origins
+        # `approach` moves infinite origins, but leaves NaN alone.
+        if np.isinf(origins.take(ill, axis=0)).any():
             origins = origins.copy()
             origins[ill] = np.nan
     exponents, shift = _exponents(size), None

@@ -44,7 +44,7 @@ class EyeRays:
 
     def write(self, rays: RayTextures, camera: Camera, bounds: Bounds,
               aside: tuple[float, float] = (0.0, 0.0), region: Region | None = None) -> None:
-        """Write the eye rays of an image of the size of ``rays``, or of a region of this size.
+        """Write the eye rays of a whole image, or of a region, to textures of the same size.
 
         Parameters
         ----------

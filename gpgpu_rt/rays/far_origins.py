@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 # Lengths are in radii of the sphere around the scene's box. An origin is far if its distance from
-# the sphere's centre exceeds FAR. A far origin moves forward along its ray to a place before the
-# ray's point closest to the centre, NEAR away from this point. An origin past the place stays.
+# the sphere's centre exceeds FAR. Each ray has a point closest to the centre. A far origin moves
+# forward along its ray to the distance NEAR before this point. An origin beyond this place stays.
 FAR = 4.0
 NEAR = 2.0
 ABREAST = 128       # points per row in `by_axis`; numpy reduces long rows faster
@@ -44,7 +44,8 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
     d = directions[far].astype(np.float64)
     length = np.sqrt((d ** 2).sum(axis=1))
     ahead = np.maximum((offset[far] * d).sum(axis=1) / length - NEAR * radius, 0) / length
-    # Round the shift to float32, so that adding it to t restores simple values, such as 10.
+    # Round the shift to float32. When the shift is added to t, a hit at a simple distance, such as
+    # 10, then gets back this t.
     shift[far] = ahead.astype(np.float32)
     moved = origins.copy()
     moved[far] = origins[far] + shift[far, None] * d

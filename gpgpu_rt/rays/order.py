@@ -21,8 +21,8 @@ from .records import NO_RAY, RAY_TEXELS
 SQUARE = 8
 ORIGIN_BITS = 3     # bits per axis for the cell of a ray's origin in the scene's box
 # Number of codes of directions (`_direction_codes`). The direction comes first in the sort key:
-# its octant, then the order of its components' sizes. Rays of a packet that differ in signs or
-# dominant axis would have to run one after another (packet_turns.glsl).
+# its octant, then the order of its components' sizes. So in most packets, all rays have the same
+# signs and dominant axis. Other packets need several walks (drivers/packet_turns.glsl).
 DIRECTIONS = 1 << 6
 _GRAY = (0, 1, 3, 2, 6, 7, 5, 4)    # octants in Gray code order: neighbours differ in one sign
 AT_ONCE = 1 << 16   # rays copied as a block, which fits in a core's cache
@@ -30,8 +30,8 @@ AT_ONCE = 1 << 16   # rays copied as a block, which fits in a core's cache
 # cache (docs/notes/packet-speed.md). Rays that follow each other in a picture's rows start near
 # each other anyway.
 BLOCK = 1 << 17
-# A cell is occupied if a ray starts in it. Sort all rays together if a block occupies, on average,
-# at least this share of the cells that all blocks occupy.
+# A block occupies a cell if a ray of the block starts there. Sort all rays together if a block
+# occupies, on average, at least this share of the cells that any block occupies.
 SCATTERED = 0.75
 
 

@@ -145,7 +145,7 @@ class PingPong:
         self._sides: list[Target] = []
 
     def side(self, index: int) -> Target:
-        """Return one of the two targets: side 0 or side 1, which is made at its first request."""
+        """Return target 0 or target 1. A target is made at its first request."""
         while len(self._sides) <= index:
             self._sides.append(Target(self.gpu, self.records, self.size, self.depth))
         return self._sides[index]
@@ -177,7 +177,7 @@ class StateBuffers(PingPong):
 
         The states of side 0 are cleared: a cleared state means that the ray's search has ended.
         If other code (a count of stopped rays, statistics, an observer) needs the real states,
-        passes write them first.
+        call `write_states` and draw into ``side(0)`` instead.
         """
         if self._hits is None:
             self.side(0).clear()

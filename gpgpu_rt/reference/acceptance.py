@@ -58,8 +58,8 @@ class Acceptance:
     must_hit, may_hit : (n,) bool, whether the ray must hit, and whether it may hit
     starts : (n + 1,) int; entries starts[i] to starts[i + 1] - 1 of `triangle`, `t_low` and
         `t_high` belong to ray i
-    triangle : (k,) int32, acceptable triangles; a copy of another triangle appears only as its
-        ``copy_of``
+    triangle : (k,) int32, acceptable triangles; equal triangles are listed once, by their lowest
+        index (``copy_of``)
     copy_of : (m,) int, for each triangle the lowest index of a triangle with the same corners in
         the same order
     t_low, t_high : (k,) float64, the smallest and the largest acceptable t on each element of
@@ -157,7 +157,7 @@ def exact_hits(vertices: np.ndarray, origins: np.ndarray, directions: np.ndarray
 def _candidates(vertices: np.ndarray, solid: np.ndarray, origins: np.ndarray,
                 directions: np.ndarray, t_min: np.ndarray, t_max: np.ndarray
                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the pairs (ray, triangle) that a fair engine may accept; ``solid`` lists triangles.
+    """Return the pairs (ray, triangle) that a fair engine may accept, for triangles of ``solid``.
 
     Returns
     -------

@@ -17,8 +17,8 @@ class PathSettings:
     ----------
     bounces : largest number of bounces of a path; with 0, only emitting surfaces and surroundings
         are visible
-    roulette : first vertex at which Russian roulette may end a path. A path of smaller weight ends
-        more often. The weight of surviving paths grows to compensate
+    roulette : first vertex at which Russian roulette may end a path. The smaller the path's
+        weight, the likelier is the end. The weight of surviving paths grows to compensate
     seed : the seed of the random numbers
     sampler : "sobol" for numbers evenly distributed over a pixel's samples, or "random"
 

@@ -1,8 +1,8 @@
 """Integrator: draws a picture by passes over streams of rays.
 
 A new integrator declares its ``streams`` and ``passes``, and runs the passes in ``draw``. A
-scene's properties set GLSL defines (``render/needs.py``). A stream or pass that names defines
-exists only if the scene sets one of these defines. ``trace(rays)`` returns the tracer's hits;
+scene's properties set GLSL defines (``render/needs.py``). A stream or pass may list defines in
+``wanted``; it then exists only if the scene sets one of them. ``trace(rays)`` returns hits;
 ``trace(rays, any_hit=True)`` finds whether rays are occluded.
 """
 from __future__ import annotations

@@ -40,8 +40,8 @@ def _places(scene: Scene, count: int, sample: int) -> list[Uniforms]:
     the triangles' power.
 
     If there are at least as many points as triangles, each triangle has at least one point, and
-    its power is divided among its points. Otherwise, each point represents an equal share of the
-    total power, for its own triangle and for neighbours in the list without a point.
+    its power is divided among its points. Otherwise, each point emits an equal share of the total
+    power. The point replaces its own triangle and neighbouring emitters without a point.
     """
     rows = scene.emitters
     corners = scene.triangles[rows].astype(np.float64)

@@ -199,7 +199,7 @@ PROPERTIES: tuple[Property, ...] = (
              lambda scene, asked: any(any(li.intensity) for li in scene.lights),
              "there is no point light", ("ASKED_POINTS",), (_POINT_LIGHT,), of_paths=True),
     Property("surroundings to sample", lambda scene, asked: asks_surroundings(scene),
-             "no image surrounds the scene, and no sky is its only light",
+             "no image surrounds the scene, and the scene is not lit by a sky alone",
              ("ASKED_SURROUNDINGS", "ASKED_LIGHTS", "SHADOWS"), (_LIGHT_CHOICE,), of_paths=True),
     Property("image to sample", _kind("image"), "no image surrounds the scene", ("ASKED_IMAGE",),
              (Table(SURROUNDINGS_ROW, _surroundings_row),), ("surroundings_sums",), of_paths=True),

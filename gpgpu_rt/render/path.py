@@ -3,7 +3,7 @@
 The algorithm is that of Kajiya, "The Rendering Equation", SIGGRAPH 1986, with next-event
 estimation and Russian roulette; ``reference/path.py`` explains the weights. A wave contains a
 block of texels for each pixel, one path per texel. The ray of an ended path has an empty interval,
-so every method skips the ray, and the depth buffer masks the texel.
+so every method skips the ray. Passes skip the path's texel by the depth test.
 
 Random numbers depend only on seed, pixel, sample and vertex, and samples are added in a fixed
 order. So pictures are bit-identical for all methods and sizes of a wave, with or without packing

@@ -68,7 +68,7 @@ CPU, a ray that leaves a leaf pops the next node from its stack; a fragment prog
 Five alternatives are compared here:
 
 * **restart**: cut off the part of the ray that was searched, and begin at the root again;
-* **backtrack**: climb to the parents, which then need boxes;
+* **backtrack**: climb to the parents, and test the box of each parent;
 * **push-down**: restart at the last node that contains the whole rest of the ray;
 * **short stack**: a stack of three entries in registers, and a restart when it is empty;
 * **ropes**: links from each leaf to its neighbours, so that no ray goes up.
@@ -105,9 +105,9 @@ has a gain and a cost, and both are measured here.
 """, ("cpu", "simd_width", "stacks", "ray_sorting", "entry_points")),
     Chapter("What rasterisation can do better (survey, section 5)", """
 The first hit of an eye ray needs no ray tracing: the rasteriser finds it. But the rasteriser
-compares *depths at pixel centres*, in other arithmetic than that of rays. Here the ray's own test
-verifies each hit of the rasteriser, and a ray is traced if its hit cannot be proved. The picture
-is the same to the bit.
+compares *depths at pixel centres*, and its arithmetic differs from the arithmetic of rays. Here
+the ray's own test verifies each hit of the rasteriser, and a ray is traced if its hit cannot be
+proved. The picture is the same to the bit.
 """, ("rasterised", "refraction", "ray_bundles", "caustics")),
     Chapter("What moves, and what a scene needs", """
 A static scene needs its structure only once; a moving scene needs a new or a changed structure for

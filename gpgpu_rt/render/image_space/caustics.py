@@ -41,8 +41,8 @@ class Caustics:
     light : (3,) position of the light, outside the refractor
     photons : pixels along a side of the refractor's image; each pixel is a photon
     resolution : pixels along a side of the receivers' image, and of the caustic map
-    spread : the tangent of the half angle of the receivers' image, divided by the tangent for the
-        refractor's image
+    spread : the width of the receivers' image, divided by the width of the refractor's image, at
+        equal distances from the light
     splat : side in pixels of the square that a photon covers in the caustic map
     iterations : number of successive estimates of the point where a photon lands
     smooth : whether to interpolate the refractor's normals; otherwise, triangles are flat

@@ -39,7 +39,7 @@ MOST_LAYERS = 4096   # a projection with more layers is an error
 # The smallest patch, as a share of the scene's extent. A triangle as large as the scene then has
 # 10^12 patches.
 LEAST_PATCH = 1e-6
-LIFTED = 0.2         # distance, in pixels of a projection, from the surface to a gathering point
+LIFTED = 0.2         # offset of receiving points from their surface, in pixels of a projection
 NEARER = replace(LAYER, name="nearer")
 
 
