@@ -1,6 +1,6 @@
 // Find the flagged element of a given rank by a binary search in the prefix sums of the flags (D. Horn, GPU
-// Gems 2, 2005). A fragment cannot write its element elsewhere, so each output fragment searches for its
-// element. If the sums have four channels, FLAG selects the channel.
+// Gems 2, 2005). A fragment cannot choose where it writes. So the fragment of each output position searches
+// for the element that belongs there. If the sums have four channels, FLAG selects the channel.
 
 #ifndef FLAG
 #define FLAG x

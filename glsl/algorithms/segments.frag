@@ -20,7 +20,7 @@ void main() {
     int place = (texel.y << TABLE_WIDTH_LOG2) + texel.x - block_start;
     float rank = float(place);
     // `place` kept elements of the block precede this element. They fill at least place / 4 texels, because
-    // a texel holds at most four elements. The block's later elements likewise bound the search from above.
+    // a texel holds at most four elements. In the same way, the later kept elements give `hi`.
     int lo = BLOCK * block + place / 4;
     int hi = min(BLOCK * (block + 1), texels) - 1 - (block_total - 1 - place) / 4;
     while (lo < hi) {

@@ -6,8 +6,8 @@
 //
 // OpenGL draws a line's texel if the line leaves the diamond around the texel's centre. Each line therefore
 // runs from the centre of its first texel to the centre of the texel after its last. This end may lie
-// beyond the row. Clipping at the row's end would end the line on a diamond's corner, so the viewport is
-// twice as wide as the target.
+// beyond the row. A viewport as wide as the target would clip such a line on a corner of a diamond. So the
+// viewport is twice as wide as the target.
 
 #include <sources>
 #include "core/fetch.glsl"

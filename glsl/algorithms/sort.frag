@@ -3,10 +3,11 @@
 // Westermann, "Improved GPU Sorting", GPU Gems 2, 2005). In a step every position compares its element with
 // the element of a partner position and keeps the smaller or the larger.
 //
-// Departures: in the first step of each merge, a position's partner is its mirror image in the merged
-// block, so that all steps put the smaller element first. Elements past the end count as largest and do not
-// move, so that any number of elements can be sorted. A pass runs two steps: a fragment gathers the four
-// elements that decide the result. So two fragments compute each result of step one; neither stores it.
+// Departures: in the first step of each merge, the partner of a position is its mirror image in the merged
+// block. So all steps put the smaller element first; Batcher sorts every second block in descending order.
+// Positions past the end count as holding the largest elements and never exchange them. So any number of
+// elements can be sorted. A pass runs two steps, and each fragment reads the four elements that decide its
+// result. Two fragments compute each result of the first step, but no texture has to store it.
 
 #include <records>
 #include "core/stream.glsl"

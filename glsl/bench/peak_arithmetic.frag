@@ -1,6 +1,7 @@
 #version 330 core
 // Measures the rate of multiply-adds (figures/experiments/cpu_peak.py). A fragment computes TURNS * ROUNDS
-// multiply-adds for each of three vectors. The vectors fit in registers, and their operations overlap.
+// multiply-adds for each of three vectors. The vectors fit in registers, and a processor overlaps their
+// operations.
 
 out vec4 sum;
 

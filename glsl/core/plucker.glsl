@@ -1,4 +1,4 @@
-// The signs of three volumes, spanned by the ray and each edge, decide the test (Plucker coordinates;
+// The signs of three volumes, each spanned by the ray and an edge, decide the test (Plucker coordinates;
 // Amanatides and Choi 1997). Vertices are relative to the ray's origin. A volume counts as zero if its
 // absolute value is at most `ulp` = 2 * ARITHMETIC_UNIT * |sum of the three volumes|.
 

@@ -3,8 +3,8 @@
 // `stored` return their argument and cost nothing. gpgpu_rt/gl/precision.py rounds in the same way on the
 // host.
 //
-// R rounds a float32 result a second time. Therefore at most a few tenths of a percent of products and
-// quotients differ from the results of an arithmetic unit that rounds once.
+// The GPU rounds a result to float32 before R rounds it to the format. The card rounded once. The two
+// results differ for at most a few tenths of a percent of products and quotients.
 
 const float INFINITE = uintBitsToFloat(0x7f800000u);   // t_max of a ray without an end
 

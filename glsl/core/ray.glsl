@@ -15,8 +15,8 @@ struct Ray {
 #endif
 };
 
-// Components of smaller magnitude are replaced by this number before 1 / direction is computed. This does
-// not visibly move a ray, whose largest component is at least 0.5.
+// Replace smaller components of a direction by this number, with their sign, before computing 1 /
+// direction. A ray does not visibly move, because its direction's largest component is at least 0.5.
 const float TINY_DIRECTION = 1e-20;
 
 float not_zero(float d) {

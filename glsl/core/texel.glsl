@@ -1,8 +1,8 @@
 // TEXEL(texels, step, pixel) reads a texel at its centre. `step` is the distance between two texels in
 // texture coordinates. The textures have one level and no filter, and the rounded centre lies within the
-// texel. So the sample is the texel that texelFetch returns, even in divergent control flow, where
-// derivatives are undefined. On llvmpipe texelFetch computes level and size for each lane and takes twice
-// as many instructions. TEXEL_FETCH selects texelFetch, for the cost model of the cards of 2002-2006.
+// texel. So `texture` returns the texel of texelFetch, even where derivatives are undefined: with one
+// level, none are used. On llvmpipe texelFetch computes level and size for each lane and takes twice as
+// many instructions. TEXEL_FETCH selects texelFetch, for the cost model of the cards of 2002-2006.
 
 #ifdef TEXEL_FETCH
 #define TEXEL(texels, step, pixel) texelFetch(texels, pixel, 0)

@@ -5,7 +5,7 @@
 // Departures:
 // - The paper swaps two axes to keep the winding; here both windings are accepted.
 // - The ray must also pass through the sheared triangle's box, by exact comparisons. An edge function that
-//   rounds to zero has either sign. Without the box, a tiny triangle would be "hit" from far away.
+//   rounds to zero counts for both signs, so without the box a tiny triangle would be "hit" from far away.
 // - The paper interpolates t from the depths of the sheared corners, a sum whose terms cancel near a long
 //   thin triangle. Here t is the distance of the triangle's plane, clamped to the range of the depths.
 
@@ -21,12 +21,12 @@ float edge_function(vec3 p, vec3 q) {
     return area;
 }
 
-// Find the signs of three numbers by comparing their bits as integers. llvmpipe's minimum of floats also
-// checks for NaN, and comparisons joined by `and` wait for one another. A NaN's sign does not matter: `det`
-// is then NaN too, so nothing is hit.
+// Find the signs of three numbers by comparing their bits as integers. On llvmpipe this is faster than the
+// minimum of floats, which also checks for NaN, and than comparisons joined by `and`. A NaN's sign does not
+// matter: `det` is then NaN too, so nothing is hit.
 
 const uint MINUS_ZERO = 0x80000000u;   // greater than the bits of every float whose sign bit is 0
-const float LEAST_NORMAL = uintBitsToFloat(0x00800000u);   // 2^-126; numbers below may have no inverse
+const float LEAST_NORMAL = uintBitsToFloat(0x00800000u);   // 2^-126; the inverse of less may be infinite
 
 bool none_below_zero(vec3 v) {
     uvec3 bits = floatBitsToUint(v);
@@ -48,8 +48,8 @@ bool all_below_zero(vec3 v) {
     return min(min(bits.x, bits.y), bits.z) > MINUS_ZERO;
 }
 
-// Return the normal of triangle i, with permuted axes. The cross product of the two shorter edges is the
-// most exact. The shorter edges meet at v0 if apex.x, else at v1 if apex.y, else at v2.
+// Return the normal of triangle i, with permuted axes. The two shorter edges give the most exact cross
+// product. They meet at v0 if apex.x, else at v1 if apex.y, else at v2.
 vec3 plane_normal(int i, bvec2 axes, out bvec2 apex) {
     vec3 e0 = R(triangle_v2(i) - triangle_v1(i));
     vec3 e1 = R(triangle_v0(i) - triangle_v2(i));
@@ -60,7 +60,7 @@ vec3 plane_normal(int i, bvec2 axes, out bvec2 apex) {
 }
 
 // Return the t of the plane through `point`, clamped to the range of the corners' t (`depths`). The
-// division comes first, so that no number is a product of three lengths.
+// division comes first, because a product of three lengths could leave the range of float32.
 float plane_distance(Ray ray, vec3 normal, vec3 point, vec3 depths) {
     float inverse = R(1.0 / R_dot(permute(ray, ray.direction), normal));
     PRECISE float t = R_dot(point, R(normal * inverse));
@@ -89,7 +89,7 @@ void test_corners(Ray ray, int i, vec3 v0, vec3 v1, vec3 v2, vec3 normal, bvec2 
     }
 }
 
-// Return the corner relative to the ray's origin `start`; both have permuted axes.
+// Permute the axes of a corner, and return its place relative to `start`, the origin with permuted axes.
 vec3 seen_from(vec3 start, bvec2 axes, vec3 corner) {
     PRECISE vec3 p = R(permuted(axes, corner) - start);
     return p;

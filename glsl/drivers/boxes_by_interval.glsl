@@ -1,22 +1,22 @@
 // One test of a box for all rays of a packet, by interval arithmetic: Wald, Boulos, Shirley, "Ray Tracing
 // Deformable Scenes Using Dynamic Bounding Volume Hierarchies", TOG 2007.
 //
-// A turn (packet_turns.glsl) is a walk of rays whose directions agree in their signs. Each operation here
-// is an operation of `box_interval` (core/box.glsl) on the extreme values of these rays. Rounding is
-// monotonic, so if the interval of a box is empty, none of the rays meets the box.
+// A turn (packet_turns.glsl) is a walk of rays whose directions agree in their signs. `searched` applies
+// the operations of `box_interval` to the smallest and largest values of these rays. Rounding is monotonic,
+// so if the result is empty, no ray of the turn meets the box.
 //
 // Departure: a turn includes only the waiting rays that begin within REACH of the first waiting ray, on
 // every axis. If a silhouette splits a packet's shadow rays, bounds around all these rays would contain
 // most of the scene, and the packet would walk through most of the tree.
 
-#define TESTERS(f) f(0);   // calls f(r) for each tester r of a box; here the packet is the only tester
+#define TESTERS(f) f(0);   // calls f once for a box: one test serves all rays of the packet
 
 // REACH is a share of the scene's largest side: the best of 0.1, 0.01 and 0.001 for shadow rays in the
 // kitchen and on the bunny, on a software renderer.
 const float REACH = 0.01;
 
-vec3 first_origin;   // the bound on the rays' origins for the box corner that the rays meet first
-vec3 last_origin;    // the bound on the rays' origins for the opposite corner
+vec3 first_origin;   // bound of the origins from which rays measure the box corner that they meet first
+vec3 last_origin;    // bound of the origins from which rays measure the opposite corner
 vec3 inv_lo;
 vec3 inv_hi;
 float t_first;
@@ -64,7 +64,7 @@ bool begins_near(int r) {
 void bound_origin(int r) {
 }
 
-// Widen the box as ray_setup does.
+// Shift the shared origin outward, as ray_setup shifts the origins of each ray.
 void finish_origins() {
     vec3 slack = box_slack(rays[0].origin) * along;
     first_origin = R(rays[0].origin + slack);
@@ -93,8 +93,8 @@ bool begins_near(int r) {
     return max_component(abs(rays[r].origin - beginning)) <= reach;
 }
 
-// Along each axis the extreme origin is a maximum or a minimum, depending on the directions' sign.
-// After multiplication by the signs `along`, first_origin is a maximum and last_origin a minimum.
+// Find the largest first origin and the smallest last origin along each axis. Where the directions are
+// negative, the signs `along` negate both, so that maximum and minimum swap.
 void bound_origin(int r) {
     Ray ray = rays[r];
     bool here = ray.t_min < NEVER;
@@ -158,7 +158,7 @@ vec3 ends_by_sign(vec3 a, vec3 positive, vec3 negative) {
 vec2 searched(int r, vec3 lo, vec3 hi) {
     vec3 a = R(met_first(lo, hi) - first_origin);
     vec3 b = R(met_last(lo, hi) - last_origin);
-    // The signs of `a` and `b` decide which end of the range of inverse directions bounds each product.
+    // Bound the products of all rays. The sign of `a` or `b` selects inv_lo or inv_hi.
     vec3 least = R(a * ends_by_sign(a, inv_lo, inv_hi));
     vec3 most = R(b * ends_by_sign(b, inv_hi, inv_lo));
     return vec2(larger(max_component(least), t_first), smaller(min_component(most), t_last));

@@ -1,6 +1,6 @@
 #version 330 core
-// Writes the results of the unsettled rays (packet.frag), which a single-ray method has traced
-// (left_behind.frag). All other rays stay unchanged.
+// Copies the states and hits of unsettled rays (packet.frag) back to the textures of all rays, after a
+// single-ray method has traced these rays (left_behind.frag). Other rays stay unchanged.
 
 #include "core/precision.glsl"
 #include "core/phase.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
 // Keeps the fragments of the rays in one phase, so that an occlusion query counts these rays. If the pass
-// also writes depth, the depth selects the same rays in the passes of the phase's kernel. Phase UNFINISHED
-// selects every stopped ray.
+// also writes depth, the next passes draw only these rays, by a depth test for equality. Phase UNFINISHED
+// also selects rays in phase OVERFLOWN.
 
 #include "core/phase.glsl"
 #include <streams>

@@ -4,8 +4,8 @@
 //
 // A ray is unsettled if the step limit stopped its packet before the ray's search was over. With
 // SETTLED_ALONE a packet with an unsettled ray is discarded. If an occlusion query then shows that a
-// packet is missing, which is rare, all packets are drawn again without SETTLED_ALONE. So no extra pass has
-// to search the hits for unsettled rays.
+// packet is missing, which is rare, all packets are drawn again without SETTLED_ALONE. The query replaces a
+// pass that would search the hits for unsettled rays.
 //
 // The file <method> defines four functions:
 //   `start_packet` sets up all rays.

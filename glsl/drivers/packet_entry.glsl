@@ -1,7 +1,7 @@
-// Chooses the node at which a packet begins its walk. A beam has found the entry of the packet's tile
-// (stages/packet_entries.frag). If this beam contains all rays of the turn (packet_turns.glsl), the packet
-// begins at the entry, else at the root. An entry has four links, which describe how the walk continues
-// (methods/bvh/entry_stack.glsl, methods/bvh/entry_threads.glsl).
+// Chooses the node at which a packet begins its walk. A beam around the packet's tile has found an entry: a
+// start node and four links to later nodes of the walk (stages/packet_entries.frag). If the beam contains
+// all rays of the turn (packet_turns.glsl), the packet begins at the start node, else at the root. Two
+// files use the links (methods/bvh/entry_stack.glsl, methods/bvh/entry_threads.glsl).
 
 Packet_entry entry;
 bool within;

@@ -18,8 +18,8 @@ int turn;                     // the number of the current turn: in a tree, bit 
                               // share a dominant axis, 8 times that axis is added. The grid's
                               // turns are numbered by `major_of` (methods/grid/coherent_grid.glsl).
 
-// The octant of a ray's direction. If neither the order of nodes nor a bound depends on the signs of
-// directions, return 0 for every ray, so that all rays walk together.
+// The octant of a ray's direction. Without OCTANTS and INTERVAL_TEST, nothing in a walk depends on the
+// signs of directions. Then return 0 for every ray, so that all rays walk together.
 int octant_of(Ray ray) {
 #if defined(OCTANTS) || defined(INTERVAL_TEST)
     return direction_octant(ray.direction);

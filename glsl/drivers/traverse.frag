@@ -9,9 +9,9 @@
 // keeps them in registers.
 //
 // Each kernel has its own loop, which runs while rays need the kernel (while-while; Aila and Laine 2009).
-// The reason: a renderer that executes both sides of a branch still skips a loop that no ray enters. Loops
-// test at their bottom (`if` and `do while`): with a test at the top, such a renderer runs the body once
-// more, without effect.
+// The reason: a renderer that executes both sides of every branch still skips a loop that no ray enters.
+// Loops test at their bottom (`if` and `do while`): with a test at the top, such a renderer would execute
+// the body one extra time, without effect.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

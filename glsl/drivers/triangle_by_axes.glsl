@@ -1,8 +1,8 @@
 // The watertight test of a triangle for the rays of a turn (drivers/packet_turns.glsl), which have the same
-// dominant axis. The triangle's normal and permuted corners are computed once for all rays. So are the
-// corners relative to the origin, if all rays of the image share an origin. The operations are those of
-// `test_triangle`, so the hits have the same bits. A method defines PRESENT(r), which says whether ray r
-// belongs to the turn.
+// dominant axis. The triangle's normal and permuted corners are computed once for all rays. If all rays of
+// the image share an origin, the corners relative to this origin are computed once, too. The operations are
+// those of `test_triangle`, so the hits have the same bits. A method defines PRESENT(r), which says whether
+// ray r belongs to the turn.
 
 int shared_axis(Ray ray) {
     return ray.dominant.x ? 0 : ray.dominant.y ? 8 : 16;

@@ -1,7 +1,7 @@
 // Each ray of a packet tests a triangle by itself.
 
-// A ray's dominant axis adds 0 to the number of the ray's turn (drivers/packet_turns.glsl), because the
-// rays of a turn need not share a dominant axis.
+// Rays with different dominant axes may share a turn. So the axis adds 0 to the number of the ray's turn
+// (drivers/packet_turns.glsl).
 int shared_axis(Ray ray) {
     return 0;
 }

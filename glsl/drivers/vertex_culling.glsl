@@ -7,9 +7,9 @@
 // contain the operands of all rays. Rounding is monotonic, so an interval contains the result of each ray.
 // So every ray would reject a culled triangle, and culling needs no margin in any precision.
 //
-// Departures: the frustum is computed once for each turn of the packet (drivers/packet_turns.glsl) and not
-// anew in each leaf, so a packet whose rays diverge culls little. If the rays have different dominant axes,
-// the packet culls nothing.
+// Departures: the frustum is computed once for each turn of the packet (drivers/packet_turns.glsl), not in
+// each leaf. It also contains rays that miss the leaf, so diverging rays cull little. If the rays have
+// different dominant axes, the packet culls nothing.
 
 vec3 cull_origin_lo;    // bounds of the rays' origins and shears; axes are permuted as in the test
 vec3 cull_origin_hi;

@@ -56,7 +56,7 @@ void main() {
         }
     }
 #ifdef DISCARDS_UNFINISHED
-    // The present renderer may stop long loops silently. An occlusion query then finds too few fragments.
+    // A renderer may stop a long loop silently. Discard the fragment, so that an occlusion query misses it.
     if (state.phase != DONE) {
         discard;
     }

@@ -1,10 +1,11 @@
 // A pass runs one kernel on each ray that waits for this kernel, as on cards without loops (Purcell et
-// al. 2002; Foley and Sugerman 2005). The early depth test rejects all other rays. The host chooses a
-// kernel and masks other rays for several passes. These passes copy a ray unchanged once it waits for
-// another kernel. With START the pass sets up the rays' states.
+// al. 2002; Foley and Sugerman 2005). The host chooses a kernel, masks the rays that wait for other
+// kernels, and runs several passes; the early depth test rejects masked rays. A ray that comes to wait for
+// another kernel is copied unchanged by the remaining passes. With START the pass sets up the rays' states.
 //
-// With IN_LOOP the text is a kernel inside a loop, as on cards with branches (Horn et al. 2007), where the
-// loop has already branched to the kernel. A card's compiler counts the instructions; the text never runs.
+// With IN_LOOP the text stands for a kernel inside a loop, as on cards with branches (Horn et al. 2007). It
+// does not test the phase, because the loop has already branched to the kernel. A card's compiler counts
+// the instructions; the text never runs.
 //
 // Departures from drivers/traverse.frag: there are no integers, step counts or counters, and boxes are not
 // widened. The triangle test is that of Moeller and Trumbore. At equal t, the triangle that is found first

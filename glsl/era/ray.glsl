@@ -1,5 +1,6 @@
 // A ray of the era form (docs/era.md). This file replaces core/ray.glsl. The inverse of a zero component is
-// infinite, as on the cards. With IN_LOOP, kernels read the inverse, which a loop computes only once.
+// infinite, as on the cards. A loop computes the inverse once, before its kernels. So with IN_LOOP, a
+// kernel reads it from a texture.
 
 uniform vec3 scene_lo;
 uniform vec3 scene_hi;

@@ -6,9 +6,9 @@
 // pixel's area, for any slope of the surface.
 //
 // Departure: the paper draws a random direction in each iteration and averages the results. Here the set of
-// directions is fixed, and each bounce runs through all of them. The fourth channel adds up the weights
-// that a side received. The host (ray_bundles.py) multiplies the light by pi and divides by this sum,
-// whose exact value would be pi.
+// directions is fixed, and each bounce runs through all of them. The fourth channel adds up the weights of
+// the light that a side received. For infinitely many directions, this sum would be pi. The host
+// (ray_bundles.py) therefore scales the light by pi / sum.
 
 #include <constants>
 #include "core/fetch.glsl"

@@ -4,7 +4,7 @@
 // this layer's light times the cosine between its normal and the bundle.
 //
 // Departures: a layer's depth is the depth of its triangle's plane at the point itself, not at the pixel's
-// centre. So the slope of the surface requires no lift (offset along the normal). A lift of a fraction of a
+// centre. So a sloped surface does not hide itself. A lift (offset along the normal) of a fraction of a
 // pixel remains, because a curved surface bends away from the plane of a neighbouring triangle. One peeling
 // serves points that look along or against the bundle. The chapter's peeling serves one direction.
 

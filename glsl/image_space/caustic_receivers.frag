@@ -1,6 +1,6 @@
 #version 330 core
-// Write the points that the light sees without the refractor. Photons look up receivers in this image
-// (caustic_splat.vert).
+// Write the points that the light would see if the scene had no refractor. Photons look up receivers in
+// this image (caustic_splat.vert).
 
 in vec3 place;
 

@@ -1,8 +1,8 @@
 #version 330 core
 // Second pass of image-space refraction (Wyman, "An Approximate Image-Space Approach for Interactive
-// Refraction", 2005; survey, section 5): refract light where it enters the mesh. Blend two thicknesses, one
-// along the eye ray and one against the normal, into an estimate of the exit point. At the exit, refract
-// light with the normal that the first pass wrote there.
+// Refraction", 2005; survey, section 5): refract light where it enters the mesh. Estimate the distance to
+// the exit point: blend two thicknesses of the mesh, one along the eye ray and one against the normal. At
+// the exit, refract light with the normal that the first pass wrote there.
 //
 // Departure: beyond the critical angle, light is reflected once and then leaves. If the exit lies outside
 // the image of the first pass, light leaves unrefracted. `kind` marks these two cases.

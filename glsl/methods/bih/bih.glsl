@@ -4,9 +4,9 @@
 //
 // Departure: the paper keeps a stack, which a fragment program of 2006 does not have. As in Foley and
 // Sugerman's kd-backtrack, a ray climbs to one parent per step, and enters each far child whose box the ray
-// meets. This box is the scene's box, cut by the planes of the child's ancestors. The t of a plane always
-// comes from the same expression. So the ray's interval in this box is the interval that a stack would have
-// stored.
+// meets. This box is the scene's box, cut by the planes of the child's ancestors. The same expression gives
+// the t of a plane in the descent and in the test of this box. So the test finds the interval that a stack
+// would have stored.
 //
 // With STACK_SIZE above 0, far children wait on a stack, a local array. Entries can be lost: the array is
 // empty at the start of each pass, and a push onto a full stack drops the lowest entry. If a ray's stack is

@@ -1,7 +1,7 @@
 // Advances a beam by one node of a threaded BVH. A beam bounds neighbouring rays. It skips a node that it
-// misses. It descends into an inner node that at least about half of the beam's rays meet, but never
-// through a portal into a subtree that octants share (bvh_nodes.glsl). Every other node becomes an entry,
-// at which the rays of the beam begin their own search.
+// misses. It descends into an inner node if about half of the beam's rays or more meet the node. It never
+// descends into a portal, the link to a subtree that octants share (bvh_nodes.glsl). Every other node
+// becomes an entry, at which the rays of the beam begin their own search.
 
 #include "core/quantised.glsl"
 #include "methods/bvh/bvh_nodes.glsl"

@@ -3,7 +3,7 @@
 // The field `first` is the first triangle of a leaf, -1 at an inner node, and less than -1 at a portal. A
 // portal leads to a subtree that the octant copies share (shared_subtrees.glsl).
 
-// Encode the number of the first node below a portal as the portal's field `first`, or decode this field.
+// Convert the number of the first node below a portal to the portal's field `first`, or back.
 int portal_code(int node) {
     return -2 - node;
 }

@@ -5,11 +5,12 @@
 // other child.
 //
 // Departures: in the paper a warp traces the packet, and the votes of the rays are summed in shared memory.
-// Here one fragment traces the packet and sums the votes. A packet walks once for each group of rays that
-// agree in direction, called a turn (drivers/packet_turns.glsl). A long walk pauses (core/lockstep.glsl).
-// With `interval_test`, a single test of a box by interval arithmetic serves all rays
-// (drivers/boxes_by_interval.glsl, the file <box_tests>). With `entry_points`, the packet begins at a node
-// that a beam around its rays found (methods/bvh/entry_stack.glsl, the file <entry>).
+// Here one fragment traces the packet and sums the votes. Some options need rays that agree in the signs or
+// the dominant axis of their directions. Then the packet walks once for each such group of rays
+// (drivers/packet_turns.glsl). A long walk pauses (core/lockstep.glsl). With `interval_test`, a single test
+// of a box by interval arithmetic serves all rays (drivers/boxes_by_interval.glsl, the file <box_tests>).
+// With `entry_points`, the packet begins at a node that a beam around its rays found
+// (methods/bvh/entry_stack.glsl, the file <entry>).
 
 #include "methods/bvh/packet_common.glsl"
 #include "methods/bvh/bvh_pairs.glsl"

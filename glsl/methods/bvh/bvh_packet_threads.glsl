@@ -4,9 +4,9 @@
 // ray is in the node's box. Otherwise the packet follows the node's escape index.
 //
 // Options choose the files behind <box_tests> (packet_common.glsl), <entry> and <subtrees>. With
-// `entry_points`, the packet begins where a beam entered the tree and jumps over nodes that the beam misses
-// (methods/bvh/entry_threads.glsl). With `shared_subtrees`, the copies share the lower part of the tree
-// (methods/bvh/shared_subtrees.glsl).
+// `entry_points`, the packet begins at the first subtree that a beam has found, and jumps over nodes that
+// the beam misses (methods/bvh/entry_threads.glsl). With `shared_subtrees`, the copies share the lower part
+// of the tree (methods/bvh/shared_subtrees.glsl).
 
 #include "methods/bvh/packet_common.glsl"
 #include "methods/bvh/bvh_nodes.glsl"

@@ -6,8 +6,8 @@
 // Departures: a leaf holds several triangles, in the thesis only one. With OCTANTS, the tree is
 // stored eight times, once for each direction octant. The child that is nearer to rays of the octant comes
 // first; the thesis has one order for all rays. With `shared_subtrees`, the copies share the lower part of
-// the tree (methods/bvh/shared_subtrees.glsl, the file <subtrees>). With `entry_points`, a ray walks
-// through the subtrees of a list (methods/bvh/threaded_entries.glsl, the file <entries>).
+// the tree (methods/bvh/shared_subtrees.glsl, the file <subtrees>). With `entry_points`, a ray walks only
+// through the subtrees in its tile's list (methods/bvh/threaded_entries.glsl, the file <entries>).
 
 #include "core/quantised.glsl"
 #include "methods/bvh/bvh_nodes.glsl"

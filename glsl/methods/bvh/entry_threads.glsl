@@ -1,7 +1,7 @@
 // In a packet's walk along escape indices, jumps over nodes that the beam around the tile's rays misses.
-// The beam stops at the roots of subtrees (methods/bvh/beam_step.glsl). From link_1, the node after the
-// first of these subtrees, the walk jumps to link_2, the root of the second. From link_3, the node after
-// the second subtree, the walk jumps to link_4, the root of the third.
+// The beam has found the first three subtrees to search (methods/bvh/packet_entry_threads.glsl). A walk
+// that leaves the first subtree, at the node link_1, jumps to the root of the second, link_2. A walk that
+// leaves the second subtree, at link_3, jumps to the root of the third, link_4.
 
 #include "drivers/packet_entry.glsl"
 

@@ -1,5 +1,5 @@
-// Replaces shared_subtrees.glsl in a threaded BVH without shared subtrees. `after` has no effect, and the
-// compiler removes it.
+// Replaces shared_subtrees.glsl in a threaded BVH without shared subtrees. Here no walk needs `after`, the
+// node after a shared subtree, and the compiler removes it.
 
 int no_way_out;
 

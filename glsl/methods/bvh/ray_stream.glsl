@@ -5,8 +5,8 @@
 //
 // Departures: in the paper the SIMD units of a CPU filter the stream of one node at a time, and a stack
 // holds streams. Here a stream element is a ray with its current node, so that one pass filters the streams
-// of all nodes. The element also holds the t at which the ray enters the node, and is dropped if the ray
-// has a nearer hit. Each ray goes to its nearer child first; in the paper all rays of a stream go to the
+// of all nodes. The element also holds the t at which the ray enters the node. It is dropped if the ray has
+// a hit before this t. Each ray goes to its nearer child first; in the paper all rays of a stream go to the
 // same child first.
 
 #include "core/quantised.glsl"

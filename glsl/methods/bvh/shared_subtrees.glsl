@@ -6,7 +6,7 @@
 #define AFTER(state) state.after
 #define PORTAL(i) quantised_node_portal(i)
 
-// Order the corners of a box along the rays: shared subtrees serve every octant, so boxes are unordered.
+// Order the corners of a box along the rays. The stored order cannot suit all octants that share a box.
 void order_corners(bvec3 negative, inout vec3 lo, inout vec3 hi) {
     vec3 lower = lo;
     lo = mix(lo, hi, negative);

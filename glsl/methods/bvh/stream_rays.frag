@@ -1,7 +1,7 @@
 #version 330 core
 // Writes the state, hit and counters of rays that a stream traces (ray_stream.glsl): with START before the
-// stream begins, otherwise after the stream has ended. With TALLIED each ray's work was counted, and the
-// count shows whether the step cap stopped the ray.
+// stream begins, otherwise after the stream has ended. With TALLIED, each ray has a count of its work,
+// which shows whether the step cap stopped the ray.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -5,11 +5,11 @@
 // (vertex_culling.glsl).
 //
 // Departures: the paper moves four bounding planes from slice to slice by four additions. Here each slice
-// computes its rectangle anew from the intervals that the rays still search, because this costs less than
-// visits of unneeded cells. Rays whose hit lies before the slice, or that begin in a later slice, do not
-// widen the rectangle. There are no mailboxes: a triangle in several cells is tested in each cell. Rays
-// with another dominant axis, or another sign along this axis, wait for a later turn
-// (drivers/packet_turns.glsl).
+// computes its rectangle anew from the intervals that the rays still search. This costs more than the
+// additions, but less than the visits of unneeded cells that it avoids. Rays whose hit lies before the
+// slice, or that begin in a later slice, do not widen the rectangle. There are no mailboxes: a triangle in
+// several cells is tested in each cell. Rays with another dominant axis, or another sign along this axis,
+// wait for a later turn (drivers/packet_turns.glsl).
 
 #include "drivers/packet_turns.glsl"
 

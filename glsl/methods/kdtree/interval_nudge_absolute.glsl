@@ -1,5 +1,5 @@
-// `interval=nudge-absolute`, for measurements only: a ray continues behind the end of its leaf, at t +
-// 1e-6, and skips leaves thinner than that.
+// `interval=nudge-absolute`, for measurements only: a ray continues 1e-6 behind the end of its leaf. So the
+// ray skips leaves that it would cross in less than 1e-6.
 
 bool takes_far_child(float t_split, float t_min) {
     return t_split <= t_min;

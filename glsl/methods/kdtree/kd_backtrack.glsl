@@ -4,8 +4,8 @@
 //
 // The same expression computes the t at which a ray leaves a box or a leaf. If an ancestor's box ends where
 // the leaf ended, the two t are equal, and the climb goes on to the next ancestor. So the climb ends
-// exactly at the ancestor whose far child comes next. The ray's interval is clipped to the ancestor's box;
-// otherwise the interval in the last leaf of this box would extend beyond the box.
+// exactly at the ancestor whose far child comes next. The ray's new interval ends where the ray leaves the
+// ancestor's box. Otherwise, in the box's last leaf, the interval would extend beyond the box.
 
 #include "methods/kdtree/kd_common.glsl"
 
@@ -36,6 +36,6 @@ void climb(Ray ray, inout State state, inout Hit hit) {
         state.t_max = min(t_leave, state.t_exit);
         state.phase = DOWN;
     } else if (state.node == 0) {
-        state.phase = DONE;   // bounds in a narrow number format may end before the scene's box
+        state.phase = DONE;   // the root's bounds, in a narrow number format, may end before t_min
     }
 }

@@ -82,8 +82,8 @@ int far;
 bool near_is_empty;     // whether the child is known to be an empty leaf; false without SKIP_EMPTY_LEAVES
 bool far_is_empty;
 
-// Split the interval of a ray at the plane. If the child at t_min is known to be an empty leaf, move t_min
-// to the end of the ray's interval in the leaf, so that the ray skips the leaf.
+// Split the interval of a ray at the plane. If the child at t_min is known to be an empty leaf, the ray
+// skips this leaf: t_min moves to the end of the ray's interval in the leaf.
 void split_ray(int r) {
     t_split[r] = plane_t(rays[r], axis, plane);
     bool awake = t_min[r] < t_max[r];

@@ -6,12 +6,12 @@
 //   `begin` begins the next turn: a walk from the root, of rays whose directions agree in their signs.
 //   `traverse` visits a node. `push` follows if rays need both children.
 //   `intersect` tests a triangle against the four rays.
-//   `leave` leaves a leaf. `pop` follows if rays go on. `pop` restarts if the stack is empty.
+//   `leave` ends a leaf's visit. `pop` follows if a ray still searches. An empty stack means a restart.
 //
 // Empty leaves are visited, because the survey does not say that Horn et al. skipped them. Boxes are not
 // widened. The cursor in a leaf's list and the node share a field of the state. The node of a free stack
 // entry is 0. A restart begins at the node `pushed`. With PUSH_DOWN, `pushed` follows the packet down until
-// rays need both children; until then, the first entry's node is PUSHING.
+// rays need both children. Until then, the node of the stack's first entry is PUSHING.
 
 #define node place      // in a leaf, this field holds the cursor
 #define cursor place

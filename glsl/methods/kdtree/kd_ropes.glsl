@@ -1,7 +1,7 @@
 // kd-ropes: Popov, Günther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High Performance GPU Ray
 // Tracing", Eurographics 2007 (survey, section 3.4, Figures 15 to 17). A leaf holds its box and a rope for
-// each face. By default a rope links to the smallest node that lies behind the face and covers the whole
-// face. A ray leaves the leaf through the face that it meets first, and descends from the rope's node.
+// each face. By default (option `ropes`), a rope links to the smallest node behind the face that covers the
+// whole face. A ray leaves through the face that it meets first, and descends from the rope's node.
 //
 // Departures: the paper compares the point of entry with the planes of the tree. Here the t of the entry is
 // compared with the t of the planes. The same expression computes both t, so a ray that enters on a plane

@@ -1,8 +1,8 @@
 // kd-ropes-packet: Popov, Günther, Seidel, Slusallek, "Stackless KD-Tree Traversal for High Performance GPU
 // Ray Tracing", Eurographics 2007 (survey, section 3.4, Figure 16). Each ray of a packet has its own node
 // and its own t. The packet fetches one node at a time; rays at other nodes wait. A rope of a leaf leads to
-// the node behind a face of the leaf. By default, ropes are not pushed down into subtrees. So this node is
-// the root of a whole sibling subtree, where rays from different leaves meet again.
+// the node behind a face of the leaf. Unlike in kd-ropes, ropes are not pushed down by default. So the node
+// is the root of a whole sibling subtree, where rays from different leaves meet again.
 //
 // The packet next visits the node of the ray with the smallest t, so that the rays behind catch up. Rays
 // that meet the same leaf then usually share the leaf's fetch and tests.

@@ -1,5 +1,5 @@
-// Advances a ray of a kd packet by a step of the schedule `step`. Like a packet of one ray, the ray repeats
-// the packet's last kernel, at the ray's place in the tree. If the packet is at a triangle, the ray then
+// Advances a ray of a kd packet by a step of the schedule `step`. The ray repeats the packet's last kernel
+// for its own place in the tree, as a packet of one ray would. If the packet is at a triangle, the ray then
 // tests the triangle. The method's file for `step` defines `repeat_traverse`, `repeat_leave` and
 // `store_ray`.
 

@@ -3,11 +3,10 @@
 // of `fixed_step` and clamped to the range. So t is coarse, and rays may pass between adjacent triangles.
 //
 // Departure: this test is a reconstruction, because the paper's program is not known to this project. We
-// assume that the host scales the scene into the range, and attaches to each quad the unit normals of the
-// triangle and of its edges. Without these normals, a determinant of small edges would be zero in fixed
-// point. Here the shader computes the normals, in float32. The division replaces the lookup texture with
-// which such a card would divide. u and v are not rounded, because they do not decide which triangle is
-// hit.
+// assume that the paper's host scaled the scene into the range, and sent unit normals of the triangle and
+// its edges with each quad. With edges instead of unit normals, the products of small edges would be zero
+// in fixed point. Here the shader computes the normals, in float32. It also divides; such a card would have
+// used a lookup texture. u and v are not rounded, because they do not decide which triangle is hit.
 
 #include "core/triangle.glsl"
 

@@ -4,8 +4,8 @@
 // result:
 //   `KEEP_NEAREST` writes t. MIN blending keeps the smallest t.
 //   `KEEP_FIRST` writes the triangle if its t equals the smallest t. MIN blending keeps the lowest index.
-//   `KEEP_DEPTH` writes t as depth, and the triangle. Among equally near triangles, the depth test keeps
-//   the first drawn.
+//   `KEEP_DEPTH` writes the triangle, and t as depth. Among equally near triangles, the depth test keeps
+//   the triangle that is drawn first.
 
 #include "core/precision.glsl"
 #include <streams>

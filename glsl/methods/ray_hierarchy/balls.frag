@@ -3,7 +3,7 @@
 // (cone_units.glsl). The centre is the circumcentre, or the midpoint of the longest side if an angle has at
 // least 90 degrees or the triangle is very thin. The radius is measured from the rounded centre and then
 // widened, so the ball encloses the triangle despite rounding. Without PRECISE, a compiler could simplify
-// a - (x + a) to -x, and so measure from the exact centre.
+// `a - (x + a)` to `-x`, the distance from the exact centre.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

@@ -1,8 +1,8 @@
 #version 330 core
 // Element i is the box around the triangles in a run of slots (positions in the order of the triangles):
 // `run` consecutive slots from slot i on. This pass joins the boxes of four consecutive runs to the box of
-// a run four times as long. Beyond the last slot the last box is reused, which changes neither minimum nor
-// maximum.
+// a run four times as long. For a run that would begin beyond the last slot, the box of the last slot is
+// used. It changes neither minimum nor maximum.
 
 #include <records>
 #include "core/stream.glsl"

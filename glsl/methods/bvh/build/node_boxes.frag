@@ -1,7 +1,7 @@
 #version 330 core
 // Computes the boxes of the nodes that span `run` to 4 * run - 1 slots (places in the triangle order).
-// Four runs (box_runs.frag) of `run` slots cover a node. If runs overlap, minimum and maximum stay the
-// same. Passes with other values of `run` compute the boxes of the other nodes.
+// Four runs (box_runs.frag) of `run` slots cover a node. Where runs overlap, minimum and maximum do not
+// change. Passes with other values of `run` compute the boxes of the other nodes.
 
 #include <records>
 #include "core/stream.glsl"

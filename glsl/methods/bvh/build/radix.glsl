@@ -1,8 +1,8 @@
 // Counts the leading bits that the Morton codes of two slots share. A slot is a position in the sorted
-// order of the codes. The counts give the binary tree over the slots without a search from the top down.
-// Each gap between two neighbouring slots is a node. The node spans all slots that share the common leading
-// bits of the two neighbours. Departure: Lauterbach et al. 2009 sort a list of all splits with their
-// levels.
+// order of the codes. From these counts, each inner node of the binary tree finds its span of slots,
+// without a descent from the root. Each gap between two neighbouring slots is a node. The node spans all
+// slots that share the common leading bits of the two neighbours. Departure: Lauterbach et al. 2009 sort a
+// list of all splits with their levels.
 
 uniform int slots;
 

@@ -1,8 +1,8 @@
 #version 330 core
 // Writes the slots (positions in the order of the triangles) of the next level. In each node the triangles
-// of the left child come first; each child keeps its triangles in their old order. sah_sides.frag
-// writes a flag for each slot. A slot finds its triangle by a binary search in the prefix sums of these
-// flags. The search stays within the node's slots.
+// of the left child come first; each child keeps its triangles in their old order. sah_sides.frag flags the
+// slots whose triangles go to the right child. A slot finds its triangle by a binary search in the prefix
+// sums of these flags. The search stays within the node's slots.
 
 #include <records>
 #include "core/stream.glsl"

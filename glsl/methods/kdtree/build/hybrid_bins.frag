@@ -1,8 +1,8 @@
 #version 330 core
 // For each of four planes along each axis, counts the pieces of a chunk left and right of the plane. A
 // piece is the part of a triangle in a node; a chunk is a part of a large node's pieces (zhou_chunks.frag).
-// Each fragment reads the pieces of its chunk. The numpy builder fills histograms instead. On a GPU, many
-// blended points would wait for the same few bins.
+// Each fragment reads the pieces of its chunk. The numpy builder fills histograms instead. A GPU would fill
+// them by blending points, and many points would wait for the same few bins.
 
 #include <records>
 #include "core/stream.glsl"

@@ -1,8 +1,8 @@
 #version 330 core
-// Splits a node in the upper levels of a hybrid kd-tree. The node holds the cells whose Morton codes share
-// a prefix. A plane of the cells' lattice halves the node, along x, y and z in turn by level. Costs are
-// ignored (C. Lauterbach et al. 2009; the survey's section 5 proposes this method for the kd-tree). A node
-// without pieces (zhou.glsl) becomes a leaf.
+// Splits a node in the upper levels of a hybrid kd-tree. The node contains the cells of a lattice whose
+// Morton codes begin with the same prefix. A lattice plane halves the node, without regard to SAH costs;
+// the axes x, y and z alternate from level to level (C. Lauterbach et al. 2009; the survey's section 5
+// proposes this method for the kd-tree). A node without pieces (zhou.glsl) becomes a leaf.
 
 #include <records>
 #include "core/stream.glsl"

@@ -4,7 +4,7 @@
 uniform float traversal_cost;
 uniform float intersection_cost;
 uniform float spared;           // cost factor of a split that cuts off empty space
-uniform float worth_cutting;    // `spared` applies from this share of empty space on
+uniform float worth_cutting;    // smallest share of empty space for which `spared` applies
 
 // `measure` sets these values of a node, one per axis. If `share` is the left child's share of the extent,
 // a split costs traversal_cost + cap * (left + right) + rim * (share * left + (1 - share) * right).

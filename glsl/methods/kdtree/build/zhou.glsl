@@ -1,8 +1,8 @@
 // Shared code of the programs of Zhou's kd-tree build: K. Zhou, Q. Hou, R. Wang, B. Guo, "Real-Time KD-Tree
 // Construction on Graphics Hardware", SIGGRAPH Asia 2008 (survey, section 5). The programs compute the same
 // operations as gpgpu_rt/methods/kdtree/zhou.py, whose header lists the departures from the paper. A piece
-// is the part of a triangle in a node. Counts and ranks are integers below 2^24, which the textures' floats
-// represent exactly.
+// (in zhou.py: a reference) is the part of a triangle in a node. Counts and ranks are integers below 2^24,
+// which the textures' floats represent exactly.
 
 // Defines a function that returns the first i in [lo, hi) such that elements 0 to i hold more than `rank`
 // items. LOAD reads the elements' prefix sums.

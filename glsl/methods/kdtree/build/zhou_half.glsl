@@ -1,5 +1,5 @@
 // Computes the part of a piece (zhou.glsl) on one side of a plane. If the piece lies on both sides, its new
-// box bounds the triangle's part on this side and is cut to the old box.
+// box is the box of the triangle's part on this side, cut to the old box.
 
 #include "methods/kdtree/build/zhou.glsl"
 

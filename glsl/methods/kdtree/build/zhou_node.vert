@@ -1,6 +1,6 @@
 #version 330 core
 // Sends each node to its place in the finished tree. A small root (a small node whose parent is large) is
-// in the lists of large and of small nodes. Only the pass over the small nodes (without LARGE) sends it.
+// in two lists. Only the pass over the list of small nodes (without LARGE) sends a small root.
 
 #include <sources>
 #include "core/fetch.glsl"

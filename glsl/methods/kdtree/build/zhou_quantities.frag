@@ -1,6 +1,6 @@
 #version 330 core
-// Writes the input of a scan, four counts per node: a large node's pieces (zhou.glsl); a small node's
-// pieces; 1 for a small node with pieces; a large node's chunks of CHUNK pieces. Other counts are 0.
+// Writes counts for a scan: x is the number of pieces (zhou.glsl) of a large node, and w of its chunks; y
+// is the number of pieces of a small node, and z is 1 if it has any. Other counts are 0.
 
 #include <records>
 #include "core/stream.glsl"
