@@ -57,8 +57,9 @@ class Promise:
                 f"quantile of at most 1 - {3 / MOST_RAYS:.2g}")
 
     def rays_needed(self, hit_share: float = 1.0) -> int:
-        """Return the least number of rays that prove the bounds if no ray has an error. Only a
-        share ``hit_share`` of the rays hit a triangle and have a t.
+        """Return the least number of rays that prove the bounds if no ray has an error.
+
+        hit_share : the share of rays that hit a triangle; other rays have no t to compare
         """
         for_t = rays_needed(1 - self.t_quantile) / max(hit_share, 1e-3)
         return max(rays_needed(self.max_wrong), math.ceil(for_t))
@@ -130,11 +131,10 @@ class Finding:
 def _ranks(count: int, share: float) -> tuple[int, int]:
     """Return the ranks of the two errors that bound a quantile, from above and from below.
 
-    A rank is a position in the measured errors, sorted in descending order. ``above`` is the
-    largest rank for which, with 95 % confidence, at most ``share`` of all possible rays have a
-    larger error; -1 without such a rank. ``below`` is the smallest rank for which, with 95 %
-    confidence, at least ``share`` of all possible rays have this error or a larger error;
-    ``count`` without such a rank.
+    A rank is a position in the measured errors, sorted in descending order. Both results have 95 %
+    confidence. ``above`` is the largest rank whose error at most ``share`` of all possible rays
+    exceed; -1 if there is none. ``below`` is the smallest rank whose error at least ``share`` of
+    all possible rays reach or exceed; ``count`` if there is none.
     """
     end = min(count, 100 + int(3 * share * count))     # both ranks are near share * count
     above, high = -1, end

@@ -4,8 +4,8 @@ An answer is right if the watertight test could have given it, within the bounds
 errors (`error_bounds`). A hit is right if the ray possibly hits the answer's triangle, the error
 of t is within its bound, and no other triangle is certainly hit at a nearer t. A t is nearer only
 if the error intervals of the two t are disjoint. A miss is right if no triangle is certainly hit.
-No triangle is certainly hit at an edge or a vertex, so a ray aimed there may miss; `leaks` finds
-such rays that escaped from a closed mesh.
+At an edge or a vertex, no triangle is certainly hit, so the judge accepts a miss of a ray aimed
+there. `leaks` finds all rays that miss although the reference hits.
 """
 from __future__ import annotations
 

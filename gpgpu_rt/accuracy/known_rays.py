@@ -225,7 +225,7 @@ class KnownRays:
         origins, directions = (a.astype(np.float64) for a in (self.origins, self.directions))
         reach = np.abs(corners - origins[left, None]).max(axis=(1, 2))
         length = np.linalg.norm(directions[left], axis=1)
-        # Rounding can make the answer's t too large.
+        # Rounding can make the answer's t too large: subtract a bound of the error.
         nearest = hits.t[left] - 64 * UNIT_ROUNDOFF * reach / length
         with np.errstate(divide="ignore"):
             width = 32 * UNIT_ROUNDOFF * reach / (self.truth.t[left] * length)

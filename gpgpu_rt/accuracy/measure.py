@@ -67,8 +67,8 @@ class Yardstick:
 
         Parameters
         ----------
-        timing : returns a context manager. In it, each kind of rays is traced once without timing
-            and then ``runs`` times with timing
+        timing : returns a context manager, inside which all measured traces run. For each kind of
+            rays, an untimed trace comes first, and then ``runs`` timed traces
 
         Returns
         -------

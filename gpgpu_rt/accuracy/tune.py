@@ -3,7 +3,8 @@
 A candidate is a method with values for its knobs, the options that the search may change. The
 search has four stages:
 
-1. Time every method with its default options on a few rays. Far slower methods are tried last.
+1. Time every method with its default options on a few rays. Methods that are far slower than the
+   fastest method are tried last.
 2. For each method that is not far slower, try the speed knobs one after another and keep the best
    few candidates (beam search). Speed knobs do not change the hits.
 3. Combine the best candidates with the options that change the accuracy. Drop a combination if its
@@ -15,9 +16,10 @@ search has four stages:
 By default the search runs twice: for coherent rays, timed on eye rays, and for incoherent rays,
 timed on random rays. A tracer picks one of the two results according to its rays. The search runs
 once if the promise (the user's bounds) limits the bytes, or lacks eye rays or random rays. Two
-assumptions let the search skip most combinations. First, a candidate that is slower at default
-accuracy is slower at any accuracy. Second, if a value of an option exceeds the bounds while all
-other accuracy options have their defaults, every combination with this value exceeds the bounds.
+assumptions let the search skip most combinations. First, if a candidate is
+faster than another at default accuracy, it is faster at every accuracy. Second, if a value of an
+option exceeds the bounds while all other accuracy options have their defaults, every combination
+with this value exceeds the bounds.
 """
 from __future__ import annotations
 

@@ -54,8 +54,8 @@ def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str, about: str) -
 
 
 def _axis(entries: Sequence[Entry]) -> str:
-    """Return the label of the axis, with the reason if there is no verdict."""
-    over = ("; in brackets, divided by the rate of embreex on one thread"
+    """Return the label of the axis. If the times allow no comparison, the label says why."""
+    over = ("; in brackets, the ratio to the rate of embreex on one thread"
             if any(entry.over for entry in entries) else "")
     noise = too_noisy(entries)
     return f"million rays per second{over}" + (f"\nno verdict: {noise}" if noise else "")

@@ -29,8 +29,8 @@ from .prepared import guarded, message_of, place_of
 VARIABLE = "GPGPU_RT_METHODS"
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 _MOST_KERNELS = 4    # the largest number of kernels of a row in a user's file
-# A pass writes the state, the hit and, with statistics, the counters, a render target for each
-# texel.
+# A pass writes the state and the hit; with statistics, it also writes the counters. Each texel of
+# these records needs a render target.
 MOST_STATE_TEXELS = TARGETS - HIT.texels - COUNTERS.texels
 # Method files that were written for version 0.1 import modules by these old names.
 _FORMER_NAMES = {"gpgpu_rt.record": gl_record, "gpgpu_rt.texel_layout": triangle_table}
@@ -130,7 +130,7 @@ def _check(row: Method, path: Path) -> None:
                           "folder by Path(__file__).with_name(...)")
     text = (ROOT / row.glsl).read_text(errors="replace")
     absent = [kernel for kernel in row.kernels if not re.search(rf"void\s+{kernel}\s*\(", text)]
-    # An included file or a macro (##) may define the kernel, and a driver may need none.
+    # An included file or a macro (##) may define the kernel. A driver may need no kernel.
     if absent and not row.drivers and "#include" not in text and "##" not in text:
         raise MethodError(f"{where}: {row.glsl} has no kernel {absent[0]}; define "
                           f"void {absent[0]}(...), or correct the kernels of the row")

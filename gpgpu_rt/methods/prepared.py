@@ -66,8 +66,8 @@ def guarded(row: Method, path: Path) -> Prepare:
 
 
 def _code(row: Method) -> str:
-    """Return the code of a method's programs without comments. The files that options choose are
-    all included."""
+    """Return the code of a method's programs without comments, with every file that an option can
+    choose."""
     parts = {part.name: "\n".join(f'#include "{file}"'
                                   for file in (part.plain, *part.files.values()))
              for part in row.parts}
@@ -77,8 +77,9 @@ def _code(row: Method) -> str:
 
 
 def _check_uniforms(made: Accelerator, code: str, where: str) -> None:
-    """Raise MethodError for a uniform that the code does not contain. A compiler may remove unused
-    uniforms from a program, so the compiled program cannot tell."""
+    """Raise MethodError for a uniform that the code does not contain.
+
+    The check reads the text, because compilers may remove declared but unused uniforms."""
     for name in sorted(set(made.uniforms) - set(re.findall(r"\w+", code))):
         near = did_you_mean(name, re.findall(r"\buniform\s+\w+\s+(\w+)", code))
         raise MethodError(f"{where}: prepare returns the uniform {name}, but the GLSL does not "

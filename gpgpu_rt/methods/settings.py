@@ -25,7 +25,7 @@ from .choices import COHERENT, INCOHERENT, PASSING, RAYS, Choice, Choices
 FORMAT = 2
 ONE_CHOICE = 1    # the older format, which has one choice for all rays
 # The choices for a scene that was not tuned. Their hits equal the hits of every other exact choice
-# to the bit, and the choices are never much slower than the fastest. Packets trace eye and shadow
+# to the bit, and no other exact choice is ever much faster. Packets trace eye and shadow
 # rays faster than single rays do, but incoherent rays more slowly (docs/notes/schedules.md).
 # docs/notes/bvh.md reports the gain of entry points. The option interval_test is off: mirror rays
 # also count as coherent, and interval_test makes packets of mirror rays slower than single rays.
@@ -137,10 +137,10 @@ def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
               ) -> tuple[Choices, Settings | None]:
     """Return the choices of ``method="auto"``, and their settings (None for SAFE_DEFAULT).
 
-    The choices come from cached settings that agree with the caller's options, else from
-    SAFE_DEFAULT with the caller's options added. If the default for coherent rays does not accept
-    the options, its entry points are dropped. If that does not suffice, the default for incoherent
-    rays serves all rays.
+    The choices come from cached settings if the settings allow the caller's options. Otherwise
+    they come from SAFE_DEFAULT, with the caller's options added. If the default for coherent rays
+    does not accept the options, its entry points are dropped. If it does not accept them even
+    then, the default for incoherent rays serves all rays.
     """
     found = find(scene, renderer)
     if found is not None:

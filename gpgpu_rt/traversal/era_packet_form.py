@@ -18,7 +18,8 @@ class EraPackets:
     ----------
     glsl : file under ``glsl/`` with the kernels
     state : the record of a packet's state, which a loop keeps in registers
-    changes : (options) -> {kernel: the fields of ``state`` that the kernel computes}, by phase
+    changes : (options) -> {kernel: the fields of ``state`` that the kernel computes}; the kernels
+        are in the order of their phases
     fits : option -> the values for which the kernels are written
     driver : name of the driver in ``traversal/``, as in `Method.drivers`
     """

@@ -21,9 +21,9 @@ class PacketTargets:
     size : (width, height) rays
     packet : (width, height) of a packet in rays
     targets : number of render targets that hold hits
-    rows_alone : whether a texel holds, for four rays, only each hit's row in the triangle table
-    fours : whether a texel holds a single field of a hit, such as t, for four rays. Otherwise
-        (without ``rows_alone``), a texel holds the four fields of one ray's hit
+    rows_alone : whether a texel holds four hits, each as its row in the triangle table
+    fours : whether a texel holds one field, such as t, of four hits. If ``fours`` and
+        ``rows_alone`` are both False, a texel holds the four fields of one hit
     statistics : whether a separate pass draws the packets' counters, which need a target
     """
 
@@ -58,7 +58,8 @@ class PacketTargets:
     def read_hits(self, alone: bool) -> np.ndarray:
         """Return the texels of HIT, (rays, 4) float32, row by row.
 
-        With ``fours`` and ``alone``, return only triangles, (rays, 1). Not for ``rows_alone``.
+        With ``fours`` and ``alone``, return only triangles, (rays, 1). With ``rows_alone``, the
+        targets have no texels of HIT: do not call this function.
         """
         (width, height), across = self.packet, self.rays[0]
         # Callers read single channels, so store the image channel by channel.

@@ -26,7 +26,7 @@ from .schedules import Traversal, method_defines, method_texts
 # Largest number of steps of a packet in its pass. A step costs at most three loop iterations, and
 # llvmpipe ends every loop after 65,535 iterations.
 PACKET_STEPS = 20_000
-LIVE = 1   # phase of an unsettled ray: its packet reached PACKET_STEPS before its search was over
+LIVE = 1   # phase of an unsettled ray: PACKET_STEPS ended the packet, not the ray's search
 
 
 class PacketTraversal(MethodDriver):
@@ -46,7 +46,7 @@ class PacketTraversal(MethodDriver):
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
         super().follow(samplers, accelerator, step_cap)
-        self.drop("single")     # made anew at its next use, for the moved triangles
+        self.drop("single")     # this driver's tables have the old triangles
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:
@@ -77,9 +77,10 @@ class PacketTraversal(MethodDriver):
 
     def _draw_packets(self, name: str, rays: RayTextures, room: PacketTargets,
                       statistics: Statistics, any_hit: bool, query: Any = nullcontext()) -> int:
-        """Trace the packets within an occlusion query, and return their number. Image squares
-        that have no ray to trace get misses."""
-        # Skipped squares are filled with floats, but ``rows_alone`` needs integers.
+        """Trace packets within ``query``, an occlusion query, and return their number. Packets in
+        squares without a ray to trace are not counted, and get misses."""
+        # With ``rows_alone``, draw all packets: packet_none.frag writes floats into skipped
+        # squares, but the targets hold integers.
         samplers = {**self.samplers, **rays.samplers()}
         squares = None if self.rows_alone else self._tiles.squares(rays, samplers)
         counted = name == "packet_counters"

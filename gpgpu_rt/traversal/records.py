@@ -26,9 +26,10 @@ PACKET_ENTRY = Record(
     constants=(("NO_LINK", EXACT_INTEGER),))
 """The entry of a tile: where the packets of the tile enter the tree (drivers/packet_entry.glsl).
 
-``start`` is the node to begin at, or NO_LINK if the tile has no entry. The four links tell how the
-walk continues after this node. A packet may use the entry if all its rays lie within the tile's
-beam. The outermost origins, inverse directions and ``t_min`` of this record bound the beam.
+``start`` is the node to begin at, or NO_LINK if the tile has no entry. The four links describe the
+walk after this node (methods/bvh/entry_stack.glsl, methods/bvh/entry_threads.glsl). A packet may
+use the entry if all its rays lie within the tile's beam. The origins, inverse directions and
+``t_min`` of this record bound the beam.
 ``visited`` counts the nodes that the beam visited. ``met`` is 0 if the beam holds all rays of the
 tile and meets nothing."""
 

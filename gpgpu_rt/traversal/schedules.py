@@ -34,8 +34,8 @@ from .method import Method
 from .records import ENTRIES, ENTRY_LIST, ENTRY_TILE, PACKET_ENTRY
 from .stack_atlas import StackAtlas
 
-# llvmpipe ends a shader's loops silently after 65,535 iterations. With this lower limit, such ends
-# are rare: a ray that reaches the limit continues in the next pass.
+# llvmpipe ends a shader's loops silently after 65,535 iterations. So a pass stops a ray after this
+# smaller number of steps, and the next pass continues the ray. Silent ends are then rare.
 LOOP_STEPS = 60_000
 
 # Count the rays of each tile again when the live rays fall below this share of the last count.
@@ -44,7 +44,7 @@ MASKED = 0.0    # depth of a masked ray
 
 
 def kernel_depth(kernel: int) -> float:
-    """Return the depth that marks the rays waiting for a kernel. Kernel 0 means finished rays."""
+    """Return the depth that marks the rays waiting for a kernel; kernels are numbered from 1."""
     return (1 + kernel) / 16
 
 

@@ -217,7 +217,7 @@ def test_the_chart_says_what_the_table_does(apart: list[Entry], tmp_path) -> Non
     assert {"box, mirror rays of 64 x 64 pixels", "llvmpipe, on 2 threads"} <= set(texts)
     assert any(text.startswith("no verdict: the slowest run") for text in texts)
     assert any(text.startswith("no verdict: embreex did not run") for text in texts)
-    assert ("million rays per second; in brackets, divided by the rate of embreex on one thread"
+    assert ("million rays per second; in brackets, the ratio to the rate of embreex on one thread"
             in texts)
     assert "million rays per second" in texts and any("0.00001 (1)" in text for text in texts)
 

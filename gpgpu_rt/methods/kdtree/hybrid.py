@@ -5,9 +5,9 @@ hierarchy in this way; Hachisuka's survey proposes it for kd-trees (section 5). 
 levels, the surface area heuristic (SAH) would be slow, because each node has many references.
 
 In the paper, each triangle has a code. Here, every cell of a coarse lattice has a code, and a list
-of the triangles that overlap the cell. A node of the upper levels contains the cells whose codes
-begin with the same prefix of bits. Nodes are halved along x, y and z in turn. A node without
-occupied cells is an empty leaf.
+of the triangles that overlap the cell. A node of the upper levels has a prefix of bits, and
+contains the cells whose codes begin with this prefix. Nodes are halved along x, y and z in turn. A
+node is an empty leaf if no triangle overlaps its cells.
 """
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def build(triangles: np.ndarray, *, morton_bits: int = MORTON_BITS, split: str =
 
     Parameters
     ----------
-    morton_bits : bits of a code per axis; reduced to a third of `max_depth` if larger
+    morton_bits : bits of a code per axis; a third of `max_depth` if the given value is larger
     split, bins, traversal_cost, intersection_cost, empty_bonus, max_depth : as in
         `sah_build.build`
     """
@@ -91,15 +91,15 @@ def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarr
     box = np.concatenate([np.maximum(part_lo[:, whole] - pad, lo[:, owner]),
                           np.minimum(part_hi[:, whole] + pad, hi[:, owner])])
     held = np.bincount(owner, minlength=len(cell))
-    kept = np.flatnonzero(held)     # drop cells that hold triangles only because of padding
+    kept = np.flatnonzero(held)     # drop cells in which no triangle has a part
     return (KdLevel(np.ascontiguousarray(lo[:, kept]), np.ascontiguousarray(hi[:, kept]),
                     held[kept], triangle, box), codes[kept])
 
 
 def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTree:
-    """The tree of the upper levels, over ascending codes, without the cells.
+    """Return the tree of the upper levels. ``codes`` are the occupied cells' codes, ascending.
 
-    If the tree has n nodes, a child with the number n + k stands for cell k.
+    The cells are not nodes of this tree. If the tree has n nodes, a child n + k is cell k.
     """
     prefixes = [np.unique(codes >> 3 * bits - depth) for depth in range(3 * bits + 1)]
     inner = sum(map(len, prefixes[:-1]))

@@ -49,8 +49,8 @@ KD_SHORT_STACK_ERA_STATE = replace(
 with a hit, this state fills the four render targets of a card.
 
 ``place`` is the node of a ray that descends. In a leaf, ``place`` is the cursor, and ``t_min`` is
-the end of the leaf's list. The node of a free stack entry is 0. The node of the first entry is -1
-while ``pushed`` may still move down the tree."""
+the end of the leaf's list. In a free stack entry, ``stack_node`` is 0. While ``pushed`` may still
+move down the tree, the stack is empty, and ``stack_node`` of its first entry is -1."""
 
 KD_TEXTURE_STACK_STATE = KD_STATE.extended("far_t_max far:int stacked:int")
 """KD_STATE, the far child to push (`far`), the end of the ray's interval in this child
@@ -58,14 +58,14 @@ KD_TEXTURE_STACK_STATE = KD_STATE.extended("far_t_max far:int stacked:int")
 
 KD_ROPES_PACKET_STATE = replace(
     PACKET_STATE, layout=PACKET_STATE.layout + " last:int from:int")
-"""A packet's state: PACKET_STATE, the packet's last kernel (`last`), and the node where this
+"""A packet's state: PACKET_STATE, the kernel that ran last (`last`), and the node where this
 kernel ran (`from`)."""
 
 KD_PACKET_STATE = KD_ROPES_PACKET_STATE.extended("needed:int pushed:int pushing:int")
 """KD_ROPES_PACKET_STATE, the vote of the rays (``needed``), and the restart (`pushed`, `pushing`)
 as in KD_PUSH_DOWN_STATE.
 
-``needed`` is 1 if a ray needs the near child, plus 2 if a ray needs the far child."""
+Bit 0 of ``needed`` is set if a ray needs the near child, bit 1 if a ray needs the far child."""
 
 KD_PACKET_STACK_STATE = replace(
     KD_PACKET_STATE, layout=KD_PACKET_STATE.layout + " popped:int | stack_node:ivec4")
@@ -76,8 +76,8 @@ KD_PACKET_STACK_STATE = replace(
 KD_PACKET_RAY_STATE = replace(STATE, layout=STATE.layout + " t_min t_max", full_precision=True)
 """The state of a ray in a kd packet: its interval in the packet's node.
 
-The interval is always in float32, as in the registers of the schedule ``loop``, so that ``step``
-gives the same hits."""
+The schedule ``loop`` keeps the interval in float32 registers. The textures of ``step`` are float32
+too, so that both schedules give the same hits."""
 
 KD_PACKET_STACK_RAY_STATE = KD_PACKET_RAY_STATE.extended("stack_t_max:vec4")
 """KD_PACKET_RAY_STATE, and the ends of the ray's intervals on the packet's stack."""
@@ -90,9 +90,9 @@ KD_PACKET_ERA_STATE = Record("state", " | ".join((
 vec4 has one number for each of the packet's four rays.
 
 ``place`` is the node of a packet that descends. In a leaf, ``place`` is the cursor, which runs up
-to ``end``. In each turn, the rays whose directions have the same signs traverse the tree.
-``negative`` marks the axes along which these directions are negative. ``t_turn`` is the t_min of a
-ray that waits for its turn.
+to ``end``. A turn is a walk from the root, of rays whose directions have equal signs. ``negative``
+marks the axes along which the directions of the current turn are negative. ``t_turn`` is the t_min
+of a ray that waits for its turn.
 
 The stack has the nodes ``node_0`` to ``node_2``, newest first. The rays' intervals in these nodes
 end at ``t_max_0`` to ``t_max_2``. ``far`` is the node to push; the rays' intervals in it end at
@@ -100,8 +100,8 @@ end at ``t_max_0`` to ``t_max_2``. ``far`` is the node to push; the rays' interv
 
 KD_ROPES_PACKET_RAY_STATE = replace(
     STATE, layout=STATE.layout + " t_min ray_node:int", full_precision=True)
-"""The state of a ray in a packet along ropes: its position in the tree, in float32 as for
-KD_PACKET_RAY_STATE.
+"""The state of a ray in a packet along ropes: the ray's position in the tree.
 
-``ray_node`` is the ray's own node. It is 2^24 for a ray whose search is over, or that waits for
-the turn of its direction octant (``drivers/packet_turns.glsl``)."""
+``t_min`` is in float32, for the reason given at KD_PACKET_RAY_STATE. ``ray_node`` is the ray's own
+node. It is 2^24 for a ray whose search is over, or that waits for the turn of its direction octant
+(``drivers/packet_turns.glsl``)."""

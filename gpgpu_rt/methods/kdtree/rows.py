@@ -34,7 +34,7 @@ _TABLES = (TRIANGLE, KD_NODE, REFERENCE)
 _NOT_EXACT = ("strict", "nudge-relative", "nudge-absolute")
 _OPTIONS = (*BUILD_OPTIONS, Option(
     "interval", "exact", "start of a ray's next interval after a leaf: exact is the end of the "
-    "last interval; the other choices are those of other implementations and may lose hits",
+    "last interval; the other choices imitate other implementations and may lose hits",
     choices=("exact", *_NOT_EXACT), relaxed=_NOT_EXACT, label="start after a leaf"))
 _PUSH_DOWN = Option("push_down", True, "restart at the last node that contains the whole rest of "
                     "the interval, instead of the root", bool, define="PUSH_DOWN",
@@ -181,7 +181,8 @@ def _packet_row(name: str, summary: str, citation: str, single: str,
     """Return the row of a packet method.
 
     ``states`` returns the state of a packet and the state of a ray under the schedule ``step``.
-    Under ``loop``, the row's ``state`` holds each ray's phase after the packets' single pass.
+    Under ``loop``, a packet's state is in registers, and the row's ``state`` holds only the final
+    phase of each ray.
     """
     glsl = f"methods/kdtree/{name.replace('-', '_')}"
 

@@ -7,11 +7,11 @@ Computer 6, 1990. The option `split` selects one of two kinds of candidate plane
 Havran, "On building fast kd-trees for ray tracing, and on doing that in O(N log N)", 2006).
 References are sorted on every level; the paper keeps them sorted by merging.
 
-`binned` tries the ends of bins, and counts lower and upper faces in two histograms (M. Shevtsov,
-A. Soupikov, A. Kapustin, "Highly parallel fast kd-tree construction for interactive ray tracing of
-dynamic scenes", Eurographics 2007). As in this paper, nodes with few references are searched
-exactly. The bins extend only from the lowest to the highest face of the references, so planes that
-cut off empty space are candidates.
+`binned` divides the extent of a node's references into bins, and tries the ends of the bins. Two
+histograms count the lower and the upper faces in each bin (M. Shevtsov, A. Soupikov, A. Kapustin,
+"Highly parallel fast kd-tree construction for interactive ray tracing of dynamic scenes",
+Eurographics 2007). As in this paper, nodes with few references are searched exactly. The outermost
+ends lie on the lowest and on the highest face, so a split there can cut off empty space.
 """
 from __future__ import annotations
 
@@ -25,9 +25,10 @@ from ...accel.runs import chunks, expand, of_like_length, owners, run_starts
 from ...threads import Run
 
 FEW = 16                # nodes of at most this many references are searched exactly
-# Nodes are searched in groups. Each entry is the largest number of references in a group's nodes.
+# Nodes with similar numbers of references are searched together. A number of this list is the
+# largest number of references in a node of a group.
 FEW_SIZES = (1, 2, 3, 4, 6, 8, 12, FEW)
-WORTH_CUTTING = 0.2     # empty space gets a bonus if it is at least this share of the node
+WORTH_CUTTING = 0.2     # a split that cuts off at least this share of empty space gets a bonus
 
 
 @dataclass
@@ -51,7 +52,7 @@ class KdLevel:
 
 @dataclass
 class Splits:
-    """The best split of each node. The cost is relative to the node's area; inf means no split."""
+    """The best split of each node, with its cost for a ray that meets the node; inf: no split."""
 
     cost: np.ndarray
     axis: np.ndarray
@@ -102,8 +103,9 @@ class SplitCost:
 
     def at(self, plane: np.ndarray, left: np.ndarray, right: np.ndarray,
            node: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """Return costs of planes (..., k) from the reference counts per side; inf outside nodes.
+        """Return the costs of splits at planes, (..., k); inf for a plane outside its node.
 
+        left, right : the number of references on each side of each plane
         node : the node of each plane; by default, index i on the last axis means node i
         """
         with np.errstate(invalid="ignore", over="ignore"):

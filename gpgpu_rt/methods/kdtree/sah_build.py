@@ -2,8 +2,9 @@
 
 I. Wald, V. Havran, "On building fast kd-trees for ray tracing, and on doing that in O(N log N)",
 2006. A reference is a node's entry for a triangle, clipped to the node. Splits that cut off empty
-space get a bonus. The default depth is at most 8 + 1.3 log2 n (V. Havran, thesis, 2000). All boxes
-are widened by `bounds.padding`, so that a triangle in a split plane is on both sides.
+space get a bonus. By default, the depth limit for n triangles is 8 + 1.3 log2 n (V. Havran,
+thesis, 2000). All boxes are widened by `bounds.padding`, so that a triangle in a split plane is on
+both sides.
 """
 from __future__ import annotations
 

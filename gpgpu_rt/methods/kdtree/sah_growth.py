@@ -46,8 +46,8 @@ def grow(level: KdLevel, depth: int, vertices: np.ndarray | None, rules: Rules,
     Parameters
     ----------
     depth : depth of the level
-    vertices : (3, 3, n) float32, indexed by vertex, axis and triangle, to clip each triangle to
-        the nodes that refer to it. None cuts the references' boxes instead
+    vertices : (3, 3, n) float32, indexed by vertex, axis and triangle. A triangle on both sides of
+        a split is clipped to each child. If ``vertices`` is None, only its box is cut
     enough : stop before the first level with at least this many nodes; None never stops early
 
     Returns

@@ -109,7 +109,8 @@ class LooseKdTree:
         """Return a tree of at most `most` nodes and at most `most` references.
 
         If the tree is larger, every subtree with at most k references becomes a leaf, which lists
-        each triangle only once. The number k is the same for the whole tree.
+        each triangle only once. The whole tree has the same k, which is raised until both limits
+        are kept.
         """
         tree, nodes = self, min(most, len(self.axis))
         while nodes and (len(tree.axis) > most or len(tree.references) > most):
@@ -138,9 +139,9 @@ def join(top: LooseKdTree, groups: list[np.ndarray], subtrees: list[LooseKdTree]
     ----------
     top : the top levels, of n nodes. A child with the number n + k stands for the root of subtree
         k
-    groups, subtrees : an element of `subtrees` holds several subtrees, whose roots are the first
-        nodes of the element. The element of `groups` at the same index has the numbers k of these
-        subtrees
+    groups : for each element of `subtrees`, the numbers k of the subtrees that it holds
+    subtrees : groups of subtrees. The first nodes of an element are the roots of its subtrees, in
+        the order of their numbers in `groups`
     """
     nodes_above = len(top.axis)
     parts, numbers = [top], [np.arange(nodes_above)]

@@ -11,14 +11,15 @@ longest axis, and clips the triangles that lie on both sides.
 
 A small root is a small node whose parent is large, or the root of a small tree. For small nodes,
 the six faces of each reference's box are the candidate planes. Masks of 64 bits, computed once for
-each small root, mark the root's references left and right of each plane. Each node below a small
-root is represented by a mask of the root's references, too.
+each small root, mark the root's references left and right of each plane. A node below a small root
+is stored as a mask of the root's references.
 
 Departures from the paper: a split cuts off empty space on one side of a node, not on up to six
 sides. A triangle is clipped only by the split plane, not by the six faces of the node. If the
-middle of the longest axis separates no references, the split halves another axis whose middle
-does. After `FUTILE` levels without such an axis, the node becomes a leaf of any size. In small
-nodes, splits that cut off empty space get the bonus of `sah`.
+middle of the longest axis separates no references, the split halves the axis whose middle
+separates most references. If no middle separates references, the node is split nevertheless. After
+`FUTILE` such splits in succession, the node becomes a leaf of any size. In small nodes, splits
+that cut off empty space get the bonus of `sah`.
 """
 from __future__ import annotations
 
@@ -37,8 +38,8 @@ from .zhou_small import SmallRoots, grow_small
 MASK_BITS = 64
 EMPTY_CUT = 0.25    # the value of Zhou et al. for ray tracing
 FUTILE = 3          # limit on successive levels whose splits separate no references: one per axis
-# By default, large nodes may lie this many levels below `depth_cap`: halving needs more levels
-# than SAH.
+# By default, the depth limit of large nodes is `depth_cap` plus this number: halving needs more
+# levels than SAH.
 MORE_LEVELS = 8
 # By default, a small root has at most this many levels below it. More levels would add references
 # but not shorten traversal.
@@ -255,7 +256,7 @@ def clip_half(triangles: np.ndarray, index: np.ndarray, axis: np.ndarray, plane:
     side : 0 keeps the part below the plane, 1 the part above the plane
     slack : distance by which the plane is shifted away from the kept side, and by which the box of
         the kept part is widened, world units. It exceeds twice the error of the new vertices. This
-        error is at most 12 roundings of the scene's largest coordinate
+        error is at most 12 u M: u is the unit roundoff, M is the scene's largest coordinate
     box : (6, m) float32, the lower and the upper corner of each old box
 
     Returns

@@ -13,7 +13,7 @@ from ..grid.cells import Grid
 from .octree import Octree
 
 TINY_DIRECTION = np.float32(1e-20)
-BOX_SLACK, SPACING = 64, 2     # error bounds in roundoff units, as in glsl/core/slack.glsl
+BOX_SLACK, SPACING = 64, 2     # bounds of rounding errors in roundoff units (glsl/core/slack.glsl)
 
 
 class CellWalk:

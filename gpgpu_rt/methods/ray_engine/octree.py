@@ -79,9 +79,9 @@ def build_octree(triangles: np.ndarray, *, leaf_size: int = 8, density: float = 
     ----------
     triangles : (n, 3, 3) float32, world units
     leaf_size : cells that hold more triangles are split
-    density : limits the depth. A full tree of the largest depth would have 8 to 64 times `density`
-        cells per triangle, or fewer if MOST_LEVELS or FINEST_CELL limits the depth. The build also
-        ends at a level whose splits could put a triangle into more than 64 cells on average
+    density : limits the depth. At the depth limit, a full tree has 8 to 64 times `density` cells
+        per triangle. MOST_LEVELS and FINEST_CELL may lower the limit. The build ends earlier if
+        another level could raise the references to more than about 64 per triangle
 
     Raises
     ------

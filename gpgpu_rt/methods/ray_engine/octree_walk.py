@@ -14,9 +14,9 @@ class OctreeWalk(CellWalk):
     """The positions of n rays in an octree, with the attributes of ``CellWalk``.
 
     The cells of the deepest possible level are called finest cells. A ray leaves a cell through a
-    face. The exit point gives a finest cell behind this face. Along the face's two axes, the
-    finest cell is clamped to the old cell, so that rounding never skips a cell. A descent from the
-    root then finds the octree's cell that contains the finest cell.
+    face, and enters the finest cell behind the exit point. This finest cell must touch the face:
+    its position along the face is clamped to the old cell, so that rounding never skips a cell. A
+    descent from the root then finds the octree's cell that contains the finest cell.
     """
 
     grid: Octree

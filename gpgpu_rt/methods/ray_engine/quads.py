@@ -96,7 +96,7 @@ class BatchTargets:
 
     @property
     def passes(self) -> tuple[str, ...]:
-        """The names of the passes that draw quads, in order. Each name says which hit is kept."""
+        """The passes that draw quads, in order; quads.frag says what each pass keeps of a ray."""
         return ("KEEP_DEPTH",) if self.by_depth else ("KEEP_NEAREST", "KEEP_FIRST")
 
     def upload(self, rays: Mapping[str, np.ndarray]) -> int:
@@ -117,7 +117,7 @@ class BatchTargets:
 
     def draw_quads(self, keep: str, any_hit: bool, samplers: Samplers, accelerator: Accelerator,
                    quads: moderngl.Buffer, count: int, depth_end: float) -> None:
-        """Draw ``count`` quads: four floats (a rectangle) and a row of the triangle table each."""
+        """Draw ``count`` quads. A quad is a rectangle (4 floats) and a triangle's row (int)."""
         context = self.gpu.context
         target = self.targets[keep]
         target.framebuffer.depth_mask = True     # clearing and drawing write depth

@@ -14,7 +14,8 @@ PAIR = Record("pair", "triangle:int x:int y:int")
 """A triangle and a node, at (x, y) of a level's texture. Triangle -1 marks an empty element."""
 
 CHILDREN = Record("children", "first:ivec3 | second:ivec3 | third:ivec3 | fourth:ivec3")
-"""The result of testing a PAIR: the triangle paired with each of the node's four children."""
+"""The result of testing a PAIR: a PAIR for each of the node's four children. The triangle is -1 if
+no ray of the child can hit the triangle."""
 
 VISITS = Record("visits", "count:int")
 """The number of triangles that were tested against a node's children."""

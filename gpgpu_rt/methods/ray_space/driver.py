@@ -1,6 +1,6 @@
 """Ray classification: a pass finds the five-dimensional box of each ray (ray_boxes.py).
 
-The host makes the triangle lists that these boxes lack. Programs trace rays through the lists.
+The host makes lists of triangles for boxes without a list. Programs trace rays through the lists.
 """
 from __future__ import annotations
 

@@ -21,15 +21,15 @@ SLACK = 64.0     # error bound in roundoff units, relative to distances, as in g
 
 @dataclass(frozen=True)
 class RaySpace:
-    """The valid rays, which a method's tables cover, and the error bounds of these rays.
+    """The range of valid rays, and their error bounds. A method's tables cover only valid rays.
 
     Attributes
     ----------
     lo, hi : (3,) float32, the scene's padded box, world units
     pad : float, world units. Rounding displaces a valid ray by less than ``pad``
     direction_pad : float, the error bound of a valid ray's u and v
-    far : float, world units. A valid ray's origin lies within this distance of the scene's centre
-        along each axis
+    far : float, world units. A ray is valid if its origin lies within this distance of the scene's
+        centre along each axis
     """
 
     lo: np.ndarray

@@ -49,8 +49,8 @@ class RayBoxes:
 
     Attributes
     ----------
-    directory : (cells + 6,) int64, the index of the first candidate in the list of each finest
-        cell and then of each of the six faces
+    directory : (cells + 6,) int64, the start of each finest cell's list in ``triangle``. The last
+        six elements are the starts of the faces' lists
     grow_seconds : seconds spent on making lists so far
 
     Raises
@@ -259,7 +259,12 @@ class RayBoxes:
 
     def _coordinates(self, boxes: np.ndarray, level: int
                      ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the face, (m,), cell (u, v), (m, 2), and cell (x, y, z), (m, 3), of m boxes."""
+        """Return the coordinates of m boxes.
+
+        Returns
+        -------
+        face, (m,); direction cell (u, v), (m, 2); origin cell (x, y, z), (m, 3)
+        """
         origin_bits, direction_bits = self._bits(level)
         parts, rest = [], boxes
         for bits in 3 * (origin_bits,) + 2 * (direction_bits,):

@@ -4,7 +4,8 @@ from __future__ import annotations
 from ...gl.record import Record
 
 RAY_BOX = Record("ray_box", "first:int")
-"""An undivided five-dimensional cell of rays. ``first`` is the first candidate of the cell."""
+"""A finest cell of rays, or a face of the direction cube (ray_boxes.py). ``first`` is the first
+candidate in its list."""
 
 CANDIDATE = Record("candidate", "triangle:int near")
 """A triangle that rays of a box may hit. Triangle -1 ends the list.

@@ -96,8 +96,8 @@ ROWS = (
             Option("directions", None, "number of direction cells along a side of a face of the "
                    "direction cube; default: set by the budget", int, minimum=1,
                    label="directions per side"),
-            Option("tiles", None, "number of tiles along a side of the grid of tiles that each "
-                   "direction cell has; default: set by the budget", int, minimum=1,
+            Option("tiles", None, "number of tiles along a side of the plane of a direction "
+                   "cell; default: set by the budget", int, minimum=1,
                    label="beams per side"),
             Option("budget", 64.0, "memory for all beams and their lists, in MiB; a "
                    "smaller budget gives fewer and thicker beams", float, minimum=0.0,

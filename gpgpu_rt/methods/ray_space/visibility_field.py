@@ -35,7 +35,8 @@ FINEST = (8, 24)        # default limits on `directions` and `tiles`
 # The least ratio of tiles to directions, both counted along a side. In fields of equal memory,
 # rays test more triangles if the ratio is smaller.
 TILES = 2
-# By default, a field of n triangles has at most an estimated USUAL_ENTRIES * n + 4096 entries.
+# By default, the resolution for n triangles is lowered until an estimate of the number of entries
+# is at most USUAL_ENTRIES * n + 4096.
 USUAL_ENTRIES = 1024
 CHUNK = 1 << 20         # entries processed together
 
@@ -86,8 +87,8 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
     ----------
     triangles : (n, 3, 3) float32, world units
     directions, tiles : the largest number of cells along a side of a face, and of tiles along a
-        side of a plane; None means 8 and 24. If both are None, a field with more than an estimated
-        1024 n + 4096 entries is coarsened
+        side of a plane; None means 8 and 24. If both are None, the field is coarsened until an
+        estimate of its entries is at most 1024 n + 4096
     budget : memory limit of entries and beams, MiB, above which the field is coarsened
     arithmetic : the number format to which kernels round
 

@@ -6,9 +6,9 @@ from ...gl.record import Record
 UNIT_NODE = Record("unit_node", "child:int count:int axis:int split")
 """A node of a kd-tree or of a BVH.
 
-For an inner node, ``child`` is the left child, and the right child directly follows it. The left
-child is the lower child along ``axis``, 0, 1 or 2. ``split`` is the coordinate of a kd-tree's
-split plane, and 0 in a BVH.
+For an inner node, ``child`` is the left child, and the right child directly follows it. ``axis``
+is 0, 1 or 2; the left child is the lower child along this axis. ``split`` is the coordinate of a
+kd-tree's split plane, and 0 in a BVH.
 
 For a leaf, ``axis`` is 3, ``child`` is the first reference, and ``count`` is the number of
 references."""

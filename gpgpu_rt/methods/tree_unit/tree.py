@@ -54,8 +54,8 @@ class UnitTree:
 def from_kdtree(tree: KdTree) -> UnitTree:
     """Return a kd-tree in the common format.
 
-    A face on the scene's box is moved to OPEN, because the scene's box clips rays anyway. So
-    rounding cannot end a ray's interval before the ray reaches a triangle on the face.
+    A face on the scene's box is moved to OPEN, so that rounding cannot end a ray's interval before
+    a triangle on this face. The scene's box still clips the ray.
     """
     lo, hi = tree.boxes()
     return UnitTree(tree.left, tree.count, tree.axis, tree.split,

@@ -1,9 +1,10 @@
 """Entry points: passes at low resolution find the nodes where each tile's rays enter the tree.
 
-The method follows Reshetov et al. 2005. An entry is a node at which rays begin their walk. From
-small to large tiles, the first passes bound the rays of each tile by a beam. From large to small
-tiles, the next passes find each tile's list of entries: the tile's beam refines the list of the
-larger tile around it. Any driver can then trace rays from the entries of their smallest tile.
+The method follows Reshetov et al. 2005. An entry is a node at which rays begin their walk. A beam
+bounds the rays of a tile. The first passes compute the beams of small tiles, and then of larger
+tiles. The next passes go from large tiles to small tiles: each tile's beam refines the entry list
+of the larger tile around it. Then any driver can trace rays from the entries of their smallest
+tiles.
 """
 from __future__ import annotations
 

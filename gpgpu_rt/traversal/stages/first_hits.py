@@ -11,9 +11,9 @@ or do not show a triangle that their ray hits. The steps:
 3. In ``first_verified``, each ray tests its candidate by the triangle test that all methods use.
 4. ``first_rivals`` looks for rivals: triangles that a ray hits before the pixel's candidate. For
    each triangle, the program tests the pixels whose rays can hit the triangle. It skips pixels
-   that show the triangle, or a candidate certainly in front of the triangle. For a triangle that
-   covers many pixels, parts of the image are searched. ``first_packed`` and ``first_blocks``
-   prepare the search. ``first_doubt`` marks the pixels with a rival.
+   that show the triangle, or a candidate certainly in front of the triangle. If the triangle
+   covers many pixels, the host splits its search into parts of the image. ``first_packed`` and
+   ``first_blocks`` prepare the search. ``first_doubt`` marks the pixels with a rival.
 5. A ray is in doubt if it misses its candidate, or if its pixel has a rival. The rays in doubt are
    gathered and traced by the tracer's method, and their hits are scattered back.
 
@@ -50,8 +50,8 @@ from .first_image import BLOCK, PART_SIDE, FirstImage, cut
 from .records import PART, SHOWN, SHOWN_BLOCK, SHOWN_FOUR, VERDICT
 
 FIRST_HITS = ("traced", "rasterised", "verified")
-# A triangle nearer to the eye than this share of the distance to the scene's farthest corner has
-# no bound in pixels.
+# A corner whose depth is below this share of the distance to the scene's farthest corner has no
+# position in the image (stages/cover.glsl).
 NEAREST = 1e-3
 MOST_PIXELS = 24     # split the search into parts if a triangle's extent in pixels is larger
 MOST_IN_DOUBT = 0.5  # if a larger share of the rays is in doubt, all rays are traced
@@ -256,7 +256,7 @@ class FirstHits(DriverBase):
 
     def _mark(self, image: FirstImage, rays: RayTextures, final: Target, rivals: np.ndarray,
               side: int, view: dict[str, object]) -> None:
-        """Flag each ray that hits a rival before the candidate. Rivals have (k, 3) PART fields."""
+        """Flag each ray that hits a rival before its candidate. rivals : (k, 3) PART fields"""
         self._row_pass("first_doubt", "part", 6, (rays.record, HIT)).draw(
             image.doubted, {**self._tables, **rays.samplers(), **final.samplers()}, rivals,
             {**view, **rays.uniforms(), "part_side": side})

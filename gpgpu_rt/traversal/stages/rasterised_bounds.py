@@ -34,7 +34,7 @@ NOTHING = 3.0e38    # FAR_AWAY of stages/eye_triangle.glsl
 
 
 def check_bounds(options: Mapping[str, Any]) -> None:
-    """Raise OptionError if the proof of the rasterised bounds excludes the other options.
+    """Raise OptionError if rasterised bounds are not proved exact under these options.
 
     The proof assumes that a hit's t lies in the range of the depths of the triangle's corners, up
     to the rounding of float32. Only the watertight test in fp32 clamps t to this range.
@@ -47,10 +47,10 @@ def check_bounds(options: Mapping[str, Any]) -> None:
 
 
 class RasterisedBounds(DriverBase):
-    """A driver that bounds the rays through the pixels of a camera.
+    """A driver that shortens the intervals of a camera's eye rays by rasterised bounds.
 
-    The driver given to `take` traces all rays. The option ``rasterised_bounds`` is the side of a
-    tile in pixels.
+    The driver given to `take` then traces the rays. The option ``rasterised_bounds`` is the side
+    of a tile in pixels.
     """
 
     def __init__(self, gpu: Gpu, method: Method, options: Mapping[str, Any]) -> None:

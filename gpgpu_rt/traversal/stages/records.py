@@ -33,9 +33,9 @@ x + 1,024 y."""
 TILE_BEAM = Record(
     "tile_beam", "lo_origin:vec3 t_min | hi_origin:vec3 t_max | inv_lo:vec3 signs:int "
                  "| inv_hi:vec3 live:int")
-"""The outermost values of a tile's rays: origins, t and inverse directions. ``signs`` tells which
-signs the rays' directions have: bit a is set if a ray's direction is negative along axis a, and
-bit 3 + a if a ray's direction is positive. ``live`` counts the rays with a non-empty interval."""
+"""The extreme origins, t and inverse directions of a tile's rays. ``signs`` tells which signs the
+rays' directions have: bit a is set if a ray's direction is negative along axis a, and bit 3 + a if
+a ray's direction is positive. ``live`` counts the rays with a non-empty interval."""
 
 ENTRY_POINTS = Record("entries", " | ".join(f"list_{k}:ivec4" for k in range(ENTRIES // 4))
                       + " | visited:int count:int")
@@ -43,5 +43,5 @@ ENTRY_POINTS = Record("entries", " | ".join(f"list_{k}:ivec4" for k in range(ENT
 tile's beam visited, and the number of entries in the list."""
 
 TILE_BOUNDS = Record("tile_bounds", "least:vec3 live:int | most:vec3")
-"""The outermost components of the directions of a tile's rays, and ``live``: 0 if no ray of the
-tile is live."""
+"""The least and the greatest components of the directions of a tile's rays. ``live`` is 0 if no
+ray of the tile is live."""

@@ -27,8 +27,8 @@ from ...statistics import Statistics
 from ..accelerator import Accelerator
 from ..driver import MethodDriver, Samplers
 
-# LEVELS: bits per axis of a key's two cells, whose bits are interleaved, coarse levels first.
-# FREE_LEVELS: levels of the origin's cell that precede the first level of the other cell.
+# LEVELS: bits per axis and cell. A key interleaves the bits of its two cells, coarse levels first.
+# FREE_LEVELS: number of levels at the start of a key that come from the origin's cell alone.
 KEY = {"LEVELS": 8, "FREE_LEVELS": 2}
 
 

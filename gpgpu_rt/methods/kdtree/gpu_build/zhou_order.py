@@ -1,7 +1,7 @@
 """Brings the nodes of Zhou's kd-tree into their final order by fragment passes.
 
-Passes compute sizes of subtrees from the leaves up, and positions from the root down. Then nodes
-are drawn at their positions, and references are gathered.
+Passes compute the sizes of subtrees from the leaves up, and the nodes' positions from the root
+down. The next passes write each node to its position, and gather the references of all leaves.
 """
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def finish(room: StreamRoom, large: LargeNodes, small: list[SmallLevel], pieces:
            rules: ZhouRules, box: tuple[np.ndarray, np.ndarray]) -> KdTree:
     """The finished tree, with siblings side by side and subtrees in depth-first order.
 
-    pieces : the pieces (parts of triangles in a node) of small nodes, then of large leaves
+    pieces : parts of triangles (PIECE): first those of small nodes, then those of large leaves
     """
     large_sizes, small_sizes = _sizes(room, large, small)
     large_places, small_places = _places(room, large, small, large_sizes, small_sizes)
