@@ -25,8 +25,8 @@ uniform int part_side;     // pixels per side of a part
 const float HALF_DIAGONAL = 0.5 * sqrt(2.0) * float(BLOCK);
 const float FAR_OFF = 1e6;
 
-// Edges as functions of a place, in pixels from an origin. The triangle can lie only where x * place.x + y
-// * place.y + constant is at least 0.
+// The three edges as functions of a place, in pixels from an origin. The triangle can lie only where all
+// three components of x * place.x + y * place.y + constant are at least 0.
 struct Edges {
     vec3 x;
     vec3 y;
