@@ -1,6 +1,6 @@
 // Light sampling at a vertex of a path. Choose a light by Walker's alias method (1977), from the table of
-// gpgpu_rt/scene/light_choice.py. Then choose a point on this light. Light and point form the asked light.
-// If the scene's surroundings are chosen, asked_surroundings.glsl samples a direction, not a point.
+// gpgpu_rt/scene/light_choice.py. Then choose a point on this light. AskedLight holds this point. If the
+// chosen light is the scene's surroundings, asked_surroundings.glsl samples a direction, not a point.
 
 uniform int light_count;
 uniform float light_density;   // (density of sampled points per area) / (luminance of their emission)

@@ -1,9 +1,8 @@
 // Light sampling of the surroundings. If the surroundings are an image, brighter directions are sampled
 // more often, and multiple importance sampling gives the weights, as for points on emitting triangles. A
-// sky varies little in brightness, so light sampling draws its direction from the distribution of the
-// path's next direction. Both strategies, light sampling and the path's continuation, then have the same
-// density. Only the first has an extra factor, `far_chance`. Include after scatter.glsl, surroundings.glsl,
-// luminance.glsl and both_ways.glsl.
+// sky varies little in brightness, so light sampling draws a direction in the same way as the path's
+// continuation. The density of light sampling is then the density of the continuation times `far_chance`.
+// Include after scatter.glsl, surroundings.glsl, luminance.glsl and both_ways.glsl.
 
 uniform int far_light;      // the surroundings' number among the lights
 uniform float far_chance;   // the probability that light sampling chooses the surroundings

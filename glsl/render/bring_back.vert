@@ -7,7 +7,7 @@
 #include "stages/sorted_place.glsl"
 
 uniform ivec2 size;         // size of the wave's textures
-uniform int squares_a_row;   // squares per row of the textures that hold the packed paths
+uniform int squares_a_row;   // squares (sorted_place.glsl) per row of the packed paths' textures
 
 flat out ivec2 source;
 

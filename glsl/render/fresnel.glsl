@@ -4,8 +4,8 @@
 // between the reversed incoming ray and the border's normal on the ray's side.
 // gpgpu_rt/reference/sampling.py has the float64 version.
 //
-// Departure: differences of nearly equal numbers are written in another form. Let c be `cosine`, t the
-// angle of the refracted ray, g = ior cos t and s^2 = (1 - c)(1 + c). Then
+// Departure: differences of nearly equal numbers are replaced by quotients. Let c be `cosine`, t the angle
+// of the refracted ray, g = ior cos t and s^2 = (1 - c)(1 + c). Then
 //     c - g = (1 - ior^2) / (c + g),   ior^2 c - g = (1 - ior^2)(s^2 - ior^2 c^2) / (ior^2 c + g).
 // So cancellation costs no digits, even for nearly equal media or near the critical angle.
 

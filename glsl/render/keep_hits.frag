@@ -1,5 +1,5 @@
 #version 330 core
-// Copy the hits. The shadow rays of the first light overwrite the hits, but the further lights need them.
+// Copy the hits for the further lights. The shadow rays of the first light overwrite the original hits.
 
 #include "core/precision.glsl"
 #include <streams>

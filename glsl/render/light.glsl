@@ -2,7 +2,7 @@
 // ray.
 
 uniform vec3 light_position;    // position of a point light, or first corner of an emitting triangle
-uniform vec3 light_intensity;   // of a point light; of a triangle: radiance times area divided by pi
+uniform vec3 light_intensity;   // for a triangle: radiance * area * (weight of the sample point) / pi
 
 #include "render/light_end.glsl"
 #if defined(AREA_LIGHTS) || defined(GLOSSY)

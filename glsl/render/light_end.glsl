@@ -1,12 +1,12 @@
 // Computes the end of a shadow ray. The ray must not hit the light at which it aims.
 
 // The relative error of a shadow ray's end. The distance is computed with five roundings, and the direction
-// with one. The test of a surface at the light adds six roundings (of the surface's vertices and the
-// shear). Storing the direction and the end rounds again.
+// with one. The triangle test adds six roundings, of the triangle's vertices and of the shear. Storing the
+// direction and the end rounds again.
 const float LIGHT_ERROR = 12.0 * ARITHMETIC_UNIT + 4.0 * STORAGE_UNIT;
 
-// The error of a point on a triangle, measured along the normal. It is a few roundings of the point's
-// largest coordinate, plus as many roundings of the triangle's extent in the triangle test.
+// A bound on the error of a point on a triangle, measured along the normal. The error of the point grows
+// with the point's coordinates. The error of the triangle test grows with the triangle's edges.
 float place_error(vec3 place, vec3 edge_u, vec3 edge_v) {
     vec3 off = abs(place) + abs(edge_u) + abs(edge_v);
     return LIGHT_ERROR * max(max(off.x, off.y), off.z);

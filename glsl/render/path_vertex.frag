@@ -71,8 +71,8 @@ vec3 light_asked(Spawn spawn, Surface surface, Scatter scatter, vec4 random, ino
     float facing = 1.0;
 #ifdef AREA_LIGHTS
     if (light.normal != vec3(0.0)) {
-        // The density with which light sampling draws this direction is bright * distance^2 / facing; the
-        // path's own continuation draws it with `density`.
+        // Light sampling draws this direction with the density bright * distance^2 / facing. The path's own
+        // continuation draws this direction with `density`.
         facing = abs(dot(light.normal, direction));
         float bright = light_density * luminance(light.strength);
         found *= facing * power_weight(bright * distance * distance, facing * density);

@@ -33,7 +33,7 @@ vec2 twice_the_angle(vec2 turn) {
 // remains.
 float logarithm(float x) {
     uint bits = floatBitsToUint(x);
-    int exponent = int((bits + 0x004afb0du) >> 23) - 127;   // carries if fraction bits >= those of sqrt(2)
+    int exponent = int((bits + 0x004afb0du) >> 23) - 127;   // the sum carries for a mantissa >= sqrt(2)
     float m = uintBitsToFloat(bits - uint(exponent << 23));
     return float(exponent) * 0.69314718056 + twice_artanh((m - 1.0) / (m + 1.0));
 }

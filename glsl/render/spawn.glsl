@@ -4,19 +4,20 @@
 //
 // The error of the hit point. A unit is the relative error of one rounding. The point p = b0 v0 + u v1 + v
 // v2 lies in the plane for any u and v if b0 = 1 - u - v. The rounded b0 has an absolute error of one unit
-// (from 1 - u), plus one unit times b0. Each term passes through a product and up to two sums, another sum
-// adds the offset, and the texture may round by twice its own unit. For each axis
-//     (8 units + 2 STORAGE_UNIT) sum |b_i v_i| + 1 unit of |v0|
-// bounds the error. In pbrt, where b0 is not a difference, the bound is gamma(7) sum |b_i v_i|. Along the
-// normal n the error is at most the sum of these bounds over the axes, weighted by |n|.
+// (from 1 - u), plus one unit times b0. A product and up to two sums round each term. Another sum adds the
+// offset. The texture may round by twice its own unit. The error along each axis is at most
+//     (8 units + 2 STORAGE_UNIT) sum |b_i v_i| + 1 unit of |v0|.
+// In pbrt, where b0 is not a difference, the bound is gamma(7) sum |b_i v_i|. Along the normal n the error
+// is at most the sum of these bounds over the axes, weighted by |n|.
 //
-// The error of the triangle test. Let l be the distance from p to the farthest vertex. The sign of t is the
-// sign of the dot product of a corner and the normal. This product has five roundings: of the subtraction
-// of the origin, of the quotient, of the products and of two sums. Each rounding displaces the triangle
-// along its normal by up to one unit times l on each axis. Eight units times l suffice for most triangles.
+// The error of the triangle test. Let l be the distance from p to the farthest vertex. The test's t is the
+// dot product of a corner and the scaled normal (core/watertight.glsl). This product has five roundings: of
+// the subtraction of the origin, of the scaling, of the products and of two sums. Each rounding displaces
+// the triangle along its normal by up to one unit times l on each axis. Eight units times l suffice for
+// most triangles.
 //
 // Eight units are not enough for a long thin triangle that is oblique to the axes. The rounding of the
-// normal adds 4 l k units, where k is the product of the lengths of the two shorter edges, divided by twice
+// normal adds 4 l k units. Here k is the product of the lengths of the two shorter edges, divided by twice
 // the triangle's area (gpgpu_rt/numerics/error_bounds.py, step 7). Instead of adding this error, the code
 // runs the test, and doubles the offset while the ray hits its own triangle. Then the code bisects between
 // the largest offset that failed and the offset that succeeded, until the two differ by at most an eighth.
@@ -68,7 +69,8 @@ float least_of(uint dropped, float smallest, float quantum, float most) {
     return quantum;
 }
 
-// The least t_min is above 0, because a ray that starts off its surface hits at t = 0 only by underflow.
+// The smallest t_min above 0 that ray texture and arithmetic can hold. This t_min excludes hits at t = 0: a
+// ray that starts off its surface finds such a hit only by underflow.
 float spawn_t_min() {
     float t_min = 1.17549435e-38;
 #ifdef STORAGE_FORMAT

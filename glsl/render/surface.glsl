@@ -1,7 +1,7 @@
 // The surface at a hit, with the properties that the scene requires (gpgpu_rt/render/needs.py sets the
 // defines). If the program supports a property that this surface lacks, the results must have the same bits
-// as without the support. The code therefore adds zeros for such a property, and selects a value where a
-// blend would round.
+// as without the support. The code therefore adds zeros for such a property. Where a blend of two values
+// would round, the code selects one of them.
 
 struct Surface {
     vec3 flat_normal;   // normal of the triangle, on the ray's side
@@ -35,8 +35,8 @@ Surface surface_at(Rays ray, Hit hit) {
                  + hit.u * corner_normals_n1(hit.triangle)
                  + hit.v * corner_normals_n2(hit.triangle);
     blended = dot(blended, normal) < 0.0 ? -blended : blended;
-    // Flat triangles have zeros for corner normals, and a blended normal that faces away from the ray would
-    // shade the back side.
+    // Keep the flat normal if the triangle is flat (its corner normals are zero). Keep it also if the
+    // blended normal faces away from the ray, because that normal would shade the back side.
     bool usable = dot(blended, blended) > 1e-6 && dot(blended, ray.direction) < 0.0;
     normal = usable ? normalize(blended) : normal;
 #endif

@@ -11,8 +11,8 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Rays ray = rays_load(pixel);
     Depth_bounds bounds = depth_bounds_load(pixel / TILE);
-    // `along` is the depth per unit of t. It is positive, because all rays are less than a right angle away
-    // from the view. Each bound is widened by more than the division's rounding.
+    // `along` is the depth per unit of t. It is positive, because the angle between each ray and `forward`
+    // is less than 90 degrees. Each bound is widened by more than the division's rounding.
     float along = dot(ray.direction, forward);
     float far = min(bounds.closed, -bounds.minus_most);
     float t_min = max(ray.t_min, bounds.least / along * (1.0 - 1e-6));

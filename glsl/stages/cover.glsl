@@ -7,19 +7,19 @@
 // errors make the margin:
 //   `eta` bounds the error of a projected corner, both here and in the test. It covers the rounding of the
 //   corner's position relative to the eye, of the ray's direction, and of the shear.
-//   `beyond` bounds, for each edge, how far outside the edge a ray may pass and still be accepted,
-//   because the edge function is rounded. For an edge of length l, the bound is 2^-23 times the square
-//   of the longest edge, divided by l. The test also rejects rays outside the triangle's bounding box,
-//   so the bound is at most a few times l.
+//   `beyond` bounds how far outside an edge an accepted ray may pass, because the edge function is
+//   rounded. For an edge of length l, the bound is 2^-23 times the square of the longest edge, divided
+//   by l. The bound is at most a few times l, because the test also rejects rays outside the triangle's
+//   bounding box.
 // A triangle is `cut` if a corner is less than `nearest` deep. Such a corner has no position in the image,
 // or an inexact one, so the edges of a cut triangle become planes through the eye. The test multiplies the
 // coordinates of two corners. The rounding of these products is the planes' error, which grows with the
 // product of the two corners' distances from the eye.
 //
-// The depth of a hit is the depth of the triangle's plane, clamped to the range of the corners' depths, so
-// the hit's depth is never less than `depth`. The depth of the plane is 1 / (slope . ray). `slope_off`
-// covers the errors of the normal here and in the test. The hit's depth is less than the depth of the plane
-// by at most `misjudged`.
+// The depth of a hit is the depth of the triangle's plane, clamped to the range of the corners' depths. So
+// the field `depth`, the least corner's depth minus an error, is a lower bound. The plane's depth is
+// 1 / (`slope` . ray). `slope_off` covers the errors of the normal here and in the test. The hit's depth is
+// less than the plane's depth by at most `misjudged`.
 
 uniform vec3 eye;
 uniform vec3 right;      // `right` and `up` are scaled as in Camera.basis
@@ -126,9 +126,9 @@ Cover cover_of(vec3 v0, vec3 v1, vec3 v2) {
     cover.slope_off = (8.0 * ERROR * length(from) * length(to) * angle * across
                        + cover.margin / focal * length(normal)) / abs(height);
     if (cover.cut) {
-        // The test's error is the error of the normal times the distance from the hit to a corner, plus the
-        // rounding of the dot products. Both parts are below `relative` times the depth. So `slope` has at
-        // most this relative error.
+        // The error of the hit's depth is the error of the normal times the distance from the hit to a
+        // corner, plus the rounding of the dot products. Both parts are below `relative` times the depth.
+        // Dividing `slope` by 1 - `relative` covers this error.
         float relative = 8.0 * ERROR * cover.reach * cover.reach * across * extent / abs(height);
         cover.misjudged = 4.0 * ERROR * cover.reach;
         cover.depth = BEHIND_ALL;

@@ -36,8 +36,8 @@ void main() {
         vec2 b = projected(corner_b);
         vec2 c = projected(corner_c);
         // The vertex may be displaced by MARGIN times `size`, where `size` is at most 100 z. A displacement
-        // across the view moves the projected vertex in proportion. A displacement along the view moves it
-        // at most as far as a displacement across the view that is `slope` times as long.
+        // across the view moves the projected vertex in proportion to its length. A displacement along the
+        // view has at most the effect of a displacement across the view that is `slope` times as long.
         vec2 slope = vec2(length(right), length(up));
         vec2 wider = 0.5 * image * MARGIN * size / least(z) * (1.0 / slope + 1.0) * 2.0 + 0.01;
         lo = clamp(floor((min(min(a, b), c) - wider) / tile), vec2(0.0), tiles);

@@ -1,6 +1,6 @@
 #version 330 core
-// Copies entry lists from several render targets (four entries each) into one texture. A fragment can
-// choose among texels, but not among samplers.
+// Copies entry lists from several render targets (four entries each) into one texture, because a fragment
+// can choose among texels, but not among samplers.
 
 #include <streams>
 

@@ -8,10 +8,10 @@
 // behaves like an exact test of a triangle whose vertices are displaced by a few u W. Subtracting the eye
 // from a vertex and shearing the difference rounds by less than 8 u W. The rounding of an edge function's
 // two products acts like a displacement of a vertex by u times the edge's length, which is at most 2 W. The
-// test's t is the distance of the plane, clamped to the range of the vertices' depths; the rounding of the
-// plane's normal is a small rotation. The products in this file have errors of the same size. MARGIN is 100
-// u: all lengths are widened by MARGIN times W. The normal is widened by the rotation that such
-// displacements of the vertices cause. This rotation is larger than the rotation by rounding.
+// test's t is the distance of the plane, clamped to the range of the vertices' depths. Rounding rotates the
+// plane's normal slightly. The products in this file have errors of the same size. MARGIN is 100 u: all
+// lengths are widened by MARGIN times W. Displacements of the vertices by MARGIN times W rotate the normal
+// more than rounding does, so their rotation is the bound on the normal's error.
 
 const float MARGIN = 6e-6;
 const float FAR_AWAY = 3.0e38;

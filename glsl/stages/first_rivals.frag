@@ -19,14 +19,14 @@
 #include "stages/cover.glsl"
 #include "stages/verdict.glsl"
 
-uniform int most_pixels;   // longest side of an area to search; the host cuts a longer area into parts
+uniform int most_pixels;   // longest side of a searched rectangle; the host cuts larger rectangles
 uniform int part_side;     // pixels per side of a part
 
 const float HALF_DIAGONAL = 0.5 * sqrt(2.0) * float(BLOCK);
 const float FAR_OFF = 1e6;
 
-// Edges as functions of a place, in pixels from an origin. The triangle can lie only where x * place.x + y
-// * place.y + constant is at least 0.
+// The three edges as functions of a place, in pixels from an origin. The triangle can lie only where all
+// three components of x * place.x + y * place.y + constant are at least 0.
 struct Edges {
     vec3 x;
     vec3 y;
@@ -109,9 +109,9 @@ void main() {
     ivec4 squares = pixels / BLOCK;
     ivec2 next_square = squares.xy;
     bool squares_left = extent.x > 0 && extent.y > 0 && !many;
-    int x = 0;                           // the current square: its first column, its next row, its last row
-    int y = 0;
-    int last_y = -1;
+    int x = 0;                           // first column of the current square
+    int y = 0;                           // next row of the current square
+    int last_y = -1;                     // last row of the current square
     int next_four = 0;                   // the next four pixels of the row
     float least_here = 0.0;
     ivec2 first = ivec2(0);              // first pixel of the current four pixels

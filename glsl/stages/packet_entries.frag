@@ -5,12 +5,12 @@
 //
 // Departures: if the rays share an origin and the bounds of each tile's directions are known (BOUNDED), the
 // beam contains all rays of the tile. Otherwise the beam surrounds only PROBES x PROBES rays of the tile,
-// plus a margin, because reading all rays would take longer than the visits that the entry saves. Such a
-// beam may miss rays, so a packet begins at the entry only if an exact comparison shows that its rays lie
-// within the beam (drivers/packet_entry.glsl). In the paper, the entry is the deepest node that holds every
-// leaf that the beam meets. Here the entry is the first node into which the beam does not descend: a leaf,
-// or a node at which fewer than about half of the beam's rays would go on. With BOUNDED, no packet is
-// traced in a tile whose beam meets nothing (drivers/packet_tiles.vert).
+// plus a margin, because reading all rays would cost more time than the entry saves. Such a beam may miss
+// rays, so a packet begins at the entry only if an exact comparison shows that its rays lie within the beam
+// (drivers/packet_entry.glsl). In the paper, the entry is the deepest node that holds every leaf that the
+// beam meets. Here the beam descends while about half of its rays or more would follow, and the descent
+// ends at the entry. With BOUNDED, no packet is traced in a tile whose beam meets nothing
+// (drivers/packet_tiles.vert).
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -7,8 +7,8 @@
 // The two ends become cells of a lattice in a cube. The key interleaves the bits of the two cells, coarse
 // levels first. The first FREE_LEVELS levels of the key come from the origin alone. After these levels,
 // each level of the origin is followed by a level of the second end. The bits form a Gray code: cells with
-// consecutive keys differ in one bit, so consecutive rays span fewer cells than along the Morton curve. A
-// key consists of two numbers, each with half of the levels. Rays with an empty interval come last.
+// consecutive keys differ in one bit. In a Morton code, such cells may differ in all bits. A key consists
+// of two numbers, each with half of the levels. Rays with an empty interval come last.
 
 #include "core/precision.glsl"
 #include <streams>

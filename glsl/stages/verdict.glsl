@@ -2,4 +2,4 @@
 
 const int BEHIND = 0;     // no ray hits the triangle before the shown triangle
 const int BEFORE = 1;     // a ray hits the triangle before the shown triangle
-const int MANY = 2;       // undecided: the triangle covers too many pixels for one search without parts
+const int MANY = 2;       // undecided: the triangle covers too many pixels, so the host searches in parts

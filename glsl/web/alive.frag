@@ -1,7 +1,7 @@
 #version 330 core
-// Counts the waiting rays of a square of TILE x TILE rays by phase (the kernel for which a ray waits), and
-// finds the largest number of steps of a ray. WebGL 2 has no query that counts fragments, so the player
-// (the JavaScript program that runs the passes) reads these texels back.
+// Counts the waiting rays of a square of TILE x TILE rays by phase (the kernel for which a ray waits).
+// Finds the largest number of steps of a ray in the square. WebGL 2 has no query that counts fragments, so
+// the player (the JavaScript program that runs the passes) reads these texels back.
 
 uniform sampler2D phases;
 uniform sampler2D counts;

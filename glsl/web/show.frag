@@ -1,6 +1,6 @@
 #version 330 core
 // Shows the hits in the browser: the surfaces lit from the eye, or the steps of each ray. With
-// surfaces, an unfinished ray has the colour of the kernel that it waits for: the kernel of its phase.
+// surfaces, an unfinished ray has the colour of its phase, the kernel for which the ray waits.
 
 uniform sampler2D hits;         // t, u, v, triangle
 uniform sampler2D surfaces;     // normal, and 8 bits each of red, green and blue as one number
@@ -9,7 +9,7 @@ uniform sampler2D phases;       // the texture that holds the phase of each stat
 uniform sampler2D counts;       // the texture that holds the number of steps of each state
 uniform ivec2 places;           // components that hold the phase and the steps
 uniform float most;             // the number of steps that gets the brightest colour; 0: show surfaces
-uniform bool stepwise;          // whether the rays have states
+uniform bool stepwise;          // whether the rays have a phase and a number of steps
 uniform vec2 size;              // size of the shown picture, in pixels
 uniform vec3 kernel_colours[4]; // colours of rays in phase 1, 2, 3, and 4 or more, as the screen shows them
 uniform vec3 heat_colours[HEAT_COLOURS];    // from no step to `most` steps, as the screen shows them

@@ -43,8 +43,8 @@ def shrink_flat(triangles: np.ndarray) -> np.ndarray:
     """Return (n, 3, 3) float32 triangles; a triangle without area is shrunk to its first corner.
 
     The watertight test shears the corners, and rounding may then move one of three collinear
-    corners off the line. If all three corners are equal, the determinant in every triangle test is
-    exactly zero, so no ray hits the triangle.
+    corners off the line. A ray could then hit the triangle. If all three corners are equal, the
+    determinant in every triangle test is exactly zero, so no ray hits the triangle.
     """
     flat = np.concatenate([_without_area(triangles[start:start + AT_ONCE])
                            for start in range(0, max(len(triangles), 1), AT_ONCE)])

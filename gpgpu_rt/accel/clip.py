@@ -3,8 +3,8 @@
 The method is "split clipping" (V. Havran, J. Bittner, "On improving kd-trees for ray shooting",
 WSCG 2002), which Wald and Havran (2006) call "perfect splits". Havran and Bittner cut the triangle
 by the planes of the box one after another. Here all corners of the final polygon are computed
-directly: ends of the triangle's edges after clipping to the box, and points where an edge of the
-box pierces the triangle.
+directly. They are the ends of the triangle's edges after clipping to the box, and the points where
+an edge of the box pierces the triangle.
 """
 from __future__ import annotations
 

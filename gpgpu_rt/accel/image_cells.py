@@ -1,4 +1,7 @@
-"""Image cells: splits the cells of a geometry image's charts into two triangles each."""
+"""Image cells: splits each cell of a geometry image into two triangles.
+
+A chart is a rectangle of texels, and a cell is a quad between 2 x 2 neighbouring texels.
+"""
 from __future__ import annotations
 
 from collections.abc import Sequence

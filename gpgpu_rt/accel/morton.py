@@ -7,14 +7,14 @@ BITS = 21   # bits per axis; three axes fill 63 bits of an int64
 
 
 def morton_2d(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Return (n,) int64 codes of integer coordinates below 2^31: for each bit, the row's bit, then
-    the column's."""
+    """Return (n,) int64 codes of integer coordinates below 2^31. From the highest bit down, bits
+    of row and column alternate."""
     return _spread_by_two(rows) << 1 | _spread_by_two(columns)
 
 
 def morton_3d(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Return (n,) int64 codes of integer coordinates below 2^BITS: for each bit, the bits of x, y
-    and z."""
+    """Return (n,) int64 codes of integer coordinates below 2^BITS. From the highest bit down, bits
+    of x, y and z alternate."""
     return _spread_by_three(x) << 2 | _spread_by_three(y) << 1 | _spread_by_three(z)
 
 

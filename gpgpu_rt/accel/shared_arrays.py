@@ -32,8 +32,8 @@ class SharedArrays:
             yield {name: np.ndarray(shape, dtype, memory.buf, first)
                    for name, (dtype, shape, first) in self.places.items()}
         finally:
-            # Views in the traceback of an exception may keep the mapping open until the process
-            # ends. The process that made the block removes the block.
+            # Closing fails while the traceback of an exception still holds views. The mapping then
+            # stays open until the process ends. The process that made the block removes the block.
             with contextlib.suppress(BufferError):
                 memory.close()
 

@@ -13,7 +13,7 @@ from . import Method, find_method
 
 COHERENT, INCOHERENT = "coherent", "incoherent"
 RAYS = (COHERENT, INCOHERENT)
-# Options that do not change how rays are traced; settings do not store them.
+# Options that do not change how rays are traced. Settings files do not store these options.
 PASSING = ("statistics", "context")
 
 
@@ -36,7 +36,7 @@ class Choice:
     measured: dict[str, Any] = field(default_factory=dict)
 
     def resolved(self) -> tuple[Method, dict[str, Any]]:
-        """Return the row that `Method.formed` gives for the options, and all options' values.
+        """Return the method's row for these options (`Method.formed`), and every option's value.
 
         Raises
         ------

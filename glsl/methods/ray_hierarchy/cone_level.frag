@@ -5,7 +5,7 @@
 #include <streams>
 #include "methods/ray_hierarchy/ray_hierarchy.glsl"
 
-uniform ivec2 fan;     // nodes of the level below that become one node, along x and y; four in all
+uniform ivec2 fan;     // fan.x * fan.y = 4 nodes of the level below become one node
 uniform ivec2 below;   // number of nodes of the level below, along x and y
 
 void main() {

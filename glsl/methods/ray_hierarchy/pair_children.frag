@@ -1,6 +1,6 @@
 #version 330 core
-// Traverses one level of a ray hierarchy: tests each pair of a triangle and a node against the four
-// children of the node, and writes four pairs to four render targets. A new pair is empty if no ray of the
+// Traverses one level of a ray hierarchy. Tests the triangle of a (triangle, node) pair against the node's
+// four children, and writes four new pairs to four render targets. A new pair is empty if no ray of the
 // child can hit the triangle.
 
 #include "core/precision.glsl"
@@ -9,7 +9,7 @@
 #include "methods/ray_hierarchy/ray_hierarchy.glsl"
 
 uniform int base;      // the first pair of this pass
-uniform ivec2 fan;     // children of a node, along x and y; four in all
+uniform ivec2 fan;     // a node has fan.x * fan.y = 4 children
 uniform ivec2 below;   // number of nodes of the children's level, along x and y
 
 ivec3 child(Pair pair, vec4 ball, int k) {

@@ -1,6 +1,6 @@
 #version 330 core
-// Processes the last pairs of the traversal, each a single ray and a triangle. Tests a pair and writes a
-// hit that is nearer than the ray's hit so far.
+// Tests the last pairs of the traversal, each a single ray and a triangle. Writes a hit that is nearer than
+// the ray's hit so far; otherwise writes t = infinity.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

@@ -5,8 +5,9 @@
 // Departures: a node also holds `reach`, the largest distance that its rays still search. `reach` culls
 // triangles behind nearer hits, triangles behind the ends of shadow rays, and all triangles if all rays of
 // the node have ended. The hierarchy is rebuilt after every batch of triangles. Instead of the cone's
-// angle, a node holds a chord: the largest distance of a unit direction from the axis. Sums of the
-// children's chords give the chord of a parent. A cosine would round the angle of a narrow cone to 0.
+// angle, a node holds a chord: the largest distance between a ray's unit direction and the axis. A parent's
+// chord is the largest sum of a child's chord and the distance between the two axes. A cosine would round
+// the angle of a narrow cone to 0.
 
 #include "methods/ray_hierarchy/cone_units.glsl"
 
@@ -64,16 +65,16 @@ Cone cone_over(Cone children[4]) {
 // sphere's centre to the ball's centre, h and w the parts of q along and across the axis, and s the sum of
 // both radii. The ball must satisfy three conditions:
 //   w cos a - h sin a <= s   The ball reaches the cone. For each half-angle a up to 180 degrees, the left
-//                            side is at most the distance from the cone.
-//   |q| <= reach + s         The ball reaches the rays' ends.
-//   -h <= s                  The ball is not behind the sphere. This condition applies only to a cone that
-//                            opens forward.
+//                            side is at most the distance of the ball's centre from the cone.
+//   |q| <= reach + s         The ball is not beyond the rays' ends.
+//   -h <= s                  The ball is not behind the sphere. This condition applies only if a is at
+//                            most 90 degrees.
 //
 // Rounding: q has a relative error of U. The errors of h and w are at most UNIT_ERROR * |q|, for an axis
 // with an error of UNIT_ERROR. The error of cos a is 2 U, and sin a has a relative error of 16 U for chords
-// below ALL_DIRECTIONS. The triangle test itself has an error of some tens of unit roundoffs
-// (ARITHMETIC_UNIT) times the distance from origin to corners, which is at most |q| + s (core/slack.glsl).
-// SLACK is more than the sum of these errors. If a value is NaN, the result is true.
+// below ALL_DIRECTIONS. The triangle test itself has an error of some tens of ARITHMETIC_UNIT times the
+// distance from origin to corners (core/slack.glsl). This distance is at most |q| + s. SLACK is more than
+// the sum of these errors. If a value is NaN, the result is true.
 const float SLACK = 64.0 * ARITHMETIC_UNIT + 64.0 * U;
 
 bool may_hit(vec4 ball, Cone cone) {

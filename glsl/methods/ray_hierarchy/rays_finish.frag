@@ -1,7 +1,7 @@
 #version 330 core
 // Writes the final state of the rays, after the last batch of triangles. A ray that the step cap did not
-// stop is done. A ray's counter of visited nodes is the number of visits to the ray's first-level node and
-// to the ancestors of this node (visits_below.frag).
+// stop is done. A ray's counter of visited nodes is the number of visits to the ray's node in the level
+// above the rays. This number includes the visits to the node's ancestors (visits_below.frag).
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"
@@ -9,7 +9,7 @@
 #include "core/stats.glsl"
 #include "core/phase.glsl"
 
-uniform ivec2 fan;   // rays below a node of the first level
+uniform ivec2 fan;   // a node of the level above the rays holds fan.x * fan.y rays
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);

@@ -1,14 +1,15 @@
 // Visibility field: Mortensen, Khanna, Yu, Slater, "A Visibility Field for Ray Tracing", CGIV 2007 (survey,
-// section 5). A ray's direction and its crossing point with the scene's middle plane select the beam that
+// section 5). A ray's direction selects a cell of the direction cube. The point where the ray crosses the
+// cell's plane through the scene's centre selects a tile of this plane. Cell and tile select the beam that
 // contains the ray. The beam has a list of candidate triangles in their order along the beam. A binary
 // search finds where the ray starts in the list. From there the ray tests candidates until a candidate
-// begins behind the hit: forwards if the ray goes up the beam's axis, and backwards if it goes down. A ray
-// that crosses the plane beyond all of the plane's tiles hits nothing.
+// begins behind the hit. A ray that goes up the beam's axis tests the list forwards, and a ray that goes
+// down tests the list backwards. A ray that crosses the plane outside all tiles hits nothing.
 //
 // Departure: a beam lists all triangles that rays of any direction in the beam's cell may meet. The paper's
-// beam lists the triangles that rays of one sample direction meet. If the origin is so far away that the
-// error of the crossing point exceeds the margin of the beams, the ray uses the list of its dominant axis,
-// which holds all triangles.
+// beam lists the triangles that rays of one sample direction meet. The error of the crossing point grows
+// with the distance of the ray's origin. If this error may exceed the margin of the beams, the ray uses the
+// list of its dominant axis, which holds all triangles.
 
 uniform int directions;
 uniform int tiles;
@@ -43,8 +44,8 @@ int beam_of(Ray ray) {
     return (beam * tiles + int(tile.y)) * tiles + int(tile.x);
 }
 
-// Two bounds on the ray's coordinate along its dominant axis, at t. The bounds allow for rounding. A ray
-// passes the earlier bound first.
+// Bounds on the ray's coordinate along its dominant axis, at t. The ray passes the bound `earliest` at or
+// before t, and the bound `latest` at or after t, whatever the rounding.
 float earliest(Ray ray, float t) {
     float at = R(t * permute(ray, ray.direction).z);
     return R(permute(ray, upward(ray) ? ray.hi_origin : ray.lo_origin).z + at);

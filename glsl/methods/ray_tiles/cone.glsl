@@ -10,17 +10,17 @@
 // r is the sum of both radii, and the paper writes |P - H| for s. Multiplied by the cosine, the inequality
 // becomes the test of this file, which has no pole at a right angle.
 //
-// Departures: the angle of a cone can reject a triangle only if the cone's cosine is above 0. `reach`
-// rejects spheres beyond the ends of all rays. With `lines` the rays also extend backwards (t_min < 0), and
-// the test uses |h|.
+// Departures: `reach` rejects spheres beyond the ends of all rays. If the cone's cosine is at most 0, the
+// cone rejects no other sphere. With `lines` the rays also extend backwards (t_min < 0), and the test uses
+// |h|.
 //
 // Rounding, in units u = 2^-24. All lengths are divided by the largest component m of v, so |v| <= sqrt(3)
 // and nothing overflows. The error of v is at most 4u, and the axis is within 4u of unit length. So h and s
 // have errors of at most 16u. A cross product gives s, so no squares cancel. The sine is within 4u of the
-// sine that belongs to the cosine, because 1 - cosine is exact near 1. The products and the difference have
-// errors below 48u. The radii have relative errors below 8u. MARGIN is more than twice the sum of all these
-// errors. The pass that made the cone has lowered the cosine by the errors of the cosine and of the
-// directions (methods/ray_tiles/tile_cones.frag).
+// sine that belongs to the cosine, because 1 - cosine is exact for a cosine near 1. The products and the
+// difference have errors below 48u. The radii have relative errors below 8u. MARGIN is more than twice the
+// sum of all these errors. The pass that made the cone has lowered the cosine by the errors of the cosine
+// and of the directions (methods/ray_tiles/tile_cones.frag).
 
 const float MARGIN = 128.0 * 5.9604645e-8;
 const float TINY = 1e-30;   // below this length, squares of components underflow

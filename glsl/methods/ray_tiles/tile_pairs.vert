@@ -1,10 +1,11 @@
 #version 330 core
 // Draws a pair of a triangle and a tile of rays as the tile's square. If no ray of the tile can meet the
-// triangle, the square moves outside the image, so the fragment stage sees only the pairs that pass.
-// Triangles are drawn in the order of their indices, each triangle once for each tile.
+// triangle, the square moves outside the image, so the fragment stage does not see this pair. Triangles
+// are drawn in the order of their indices, each triangle once for each tile.
 //
-// With `equal` (the second draw), triangles beyond the ends of the rays are not rejected. A very small t
-// loses bits, so a ray may end before the triangle that gives this t. A rejection would lose this triangle.
+// With `equal` (the second draw), triangles beyond the ends of the rays are not rejected. The ends come
+// from the stored t of the first draw, and a very small t loses bits in storage. The ray may then end
+// before its nearest triangle, which a rejection would lose.
 //
 // Departure: with POINTS the square is a point as large as the tile. For a point this program runs once for
 // each pair, and for a quad four times.

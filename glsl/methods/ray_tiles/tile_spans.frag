@@ -21,8 +21,8 @@ void main() {
             ++live;
         }
     }
-    // Directions that cancel out have no mean. Any axis then gives a half-angle of about 90 degrees or
-    // more.
+    // Directions that cancel out have no mean. Any axis then serves, because every cone around such
+    // directions has a half-angle of about 90 degrees or more.
     axis = length(axis) > 0.001 * float(live) && live > 0 ? normalize(axis) : vec3(0.0, 0.0, 1.0);
     tile_span_store(Tile_span(live > 0 ? 0.5 * lo + 0.5 * hi : vec3(0.0), live, axis));
 }

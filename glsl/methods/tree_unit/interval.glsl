@@ -1,5 +1,5 @@
 // The criterion of a kd-tree (see tree_unit.glsl): the split plane cuts the ray's interval in the node into
-// an interval for the near child and an interval for the far child.
+// the intervals for the near and the far child.
 //
 // The same expression computes the t of a split plane and of a face of a box. So a ray that climbs from a
 // leaf to a far child computes exactly the interval that a stack would have kept for this child. If t_split

@@ -13,7 +13,7 @@
 
 #include "core/axis.glsl"
 
-// Return whether a ray reaches the right child first, at a node that is split along this axis.
+// Return whether a ray reaches the right child of a node first. The node is split along `axis`.
 bool goes_down(Ray ray, int axis) {
     return along(axis, ray.inv_dir) < 0.0;
 }

@@ -59,6 +59,6 @@ ROWS = (Method(
     ),
     own_array=lambda options: options["stack_size"] > 0,
     fixed_defines={"ROOT": ROOT},
-    no_era_form="its stack is an array, whose index must be an integer; without a stack it was "
-                "not compiled for a card",
+    no_era_form="the array of its stack needs integer indices, which the era form lacks; without "
+                "a stack, the method was not compiled for a card",
 ),)

@@ -22,9 +22,9 @@ from ...accel.runs import expand, owners, run_starts
 from ...accel.sound import alike, are_pairs, each_once, named
 
 LEAF = 3            # the axis of a leaf
-# Limit on how often a cell is halved across one axis before a plane separates the box centres in
-# it. Scaled centres lie between -1 and 1 and are multiples of 2^-149, so about 150 halvings are
-# enough.
+# Limit on how often a cell is halved across one axis before a plane separates the cell's box
+# centres. Scaled centres lie between -1 and 1 and are multiples of 2^-149, so about 150 halvings
+# are enough.
 HALVINGS = 160
 
 

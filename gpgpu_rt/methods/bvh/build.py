@@ -21,7 +21,8 @@ BUILDERS = {"sah": sah.build, "kay-kajiya": median.build, "goldsmith-salmon": in
 def node_limit(triangles: int, copies: float = 1) -> dict[str, int]:
     """Return the argument ``most_nodes`` of `build_bvh`, or {} if no limit is needed.
 
-    Up to this limit, node indices are exact as floats if the tree is stored ``copies`` times.
+    The limit keeps the indices of all nodes exact as floats. The table stores each node about
+    ``copies`` times, for example once for each direction octant.
     """
     most = int(EXACT_INTEGER / copies)
     return {"most_nodes": most} if 2 * triangles - 1 > most else {}

@@ -3,13 +3,13 @@
 C. Lauterbach, M. Garland, S. Sengupta, D. Luebke, D. Manocha, "Fast BVH Construction on GPUs",
 Eurographics 2009. Sorting the triangles by their codes puts them along a space-filling curve. A
 triangle's place in this order is its slot. Each gap between neighbouring slots gives an inner
-node. The node's level is the first bit in which the two codes at the gap differ. The paper sorts a
-list of the gaps by level.
+node. The node's level is the first bit in which the two codes at the gap differ. To build the
+tree, the paper sorts a list of the gaps by level.
 
 Here, a node spans the two slots at its gap and all neighbouring slots with the same code bits
-before the node's level. The node's parent is at an end of this span: the gap whose two codes share
-more leading bits. The bits of the slot number are appended to each code, so that no two codes are
-equal.
+before the node's level. The gaps at the two ends of this span are candidates for the node's
+parent. The parent is the candidate whose two codes share more leading bits. The bits of the slot
+number are appended to each code, so that no two codes are equal.
 """
 from __future__ import annotations
 

@@ -33,8 +33,8 @@ class RayStreams(MethodDriver):
     children of its node. The pass pushes far children first, so near children are popped first. At
     leaves, rays test triangles. If too few elements wait, further rays start at the root.
 
-    Between two passes, the stream holds at most ``stream_size`` elements per level of the tree:
-    pushed elements are one level deeper than popped elements.
+    The stream has space for ``stream_size`` elements per level of the tree, because each pass
+    replaces popped elements by elements one level deeper.
 
     Attributes
     ----------

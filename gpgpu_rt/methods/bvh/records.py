@@ -34,12 +34,12 @@ QUANTISED_NODE_16 = PackedRecord(
 
 QUANTISED_NODE_8 = PackedRecord(
     "quantised_node", "lo_x:8 hi_x:8 lo_y:8 hi_y:8 | lo_z:8 hi_z:8 | " + _LINK)
-"""A threaded node in one integer texel. The bounds of its box count equal steps from the lower
-corner of the scene's box, rounded outward.
+"""A threaded node in one integer texel. Each bound of its box is a number of equal steps from the
+lower corner of the scene's box, rounded outward.
 
 ``target`` is an inner node's escape index, a leaf's first triangle, or a portal's first shared
-node. ``last`` marks a node whose escape index is -1. After any other leaf or portal, a ray goes on
-to the next node."""
+node. ``last`` marks a node whose escape index is -1. After a leaf or portal without this mark, a
+ray goes on to the next node."""
 
 _LINKS = "left:31 left_leaf:1 | right:31 right_leaf:1"
 
@@ -73,8 +73,8 @@ TALLY = Record("tally", COUNTERS.layout)
 """A ray's counters so far, summed by blending."""
 
 SHARED_WAY_OUT = "after:int"
-"""An additional field. In a shared subtree, it is the node at which a ray goes on after this
-subtree. Outside shared subtrees, it is -1."""
+"""An additional field of states: the node at which a ray goes on after the present shared subtree,
+or -1 outside shared subtrees."""
 
 PACKET_SHARED_STATE = replace(PACKET_STATE, layout=f"{PACKET_STATE.layout} {SHARED_WAY_OUT}")
 """A packet's state with shared subtrees: PACKET_STATE and SHARED_WAY_OUT."""

@@ -1,12 +1,12 @@
 """Refitting: fit the boxes of a hierarchy to triangles that moved, and keep the tree.
 
 I. Wald, S. Boulos, P. Shirley, "Ray tracing deformable scenes using dynamic bounding volume
-hierarchies", ACM TOG 26(1), 2007. Refitting fits the boxes from the leaves up, but the boxes
-overlap more and more. The tracer therefore rebuilds the tree when the tree's cost (surface area
-heuristic) exceeds `rebuild_ratio` times the cost after the last build. The default is 1.4, because
-C. Lauterbach, S.-E. Yoon, D. Tuft, D. Manocha, "RT-DEFORM", 2006, rebuild when their measure has
-grown by 40 %. The cost is relative to the root's area, so it need not rise when triangles fly
-apart. In this case choose a lower `rebuild_ratio`.
+hierarchies", ACM TOG 26(1), 2007. Refitting fits the boxes from the leaves up. While triangles
+move, the boxes overlap more and more. The tracer therefore rebuilds the tree when the tree's cost
+(surface area heuristic) exceeds `rebuild_ratio` times the cost after the last build. The default
+is 1.4, because C. Lauterbach, S.-E. Yoon, D. Tuft, D. Manocha, "RT-DEFORM", 2006, rebuild when
+their measure has grown by 40 %. The cost is relative to the root's area, so it need not rise when
+triangles fly apart. In this case choose a lower `rebuild_ratio`.
 """
 from __future__ import annotations
 

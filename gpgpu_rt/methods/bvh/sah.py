@@ -47,7 +47,7 @@ def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = MAX_LEAF,
 def splitter(*, bins: int = 32, max_leaf: int = MAX_LEAF, traversal_cost: float = 1.0,
              intersection_cost: float = 1.0, max_depth: int = 64, run: Run = map,
              **unknown: object) -> top_down.Splitter:
-    """Return a function that splits a level's nodes by SAH. Other builders split clusters with it.
+    """Return a function that splits a level's nodes by SAH, also for the build hybrid.
 
     run : a function such as `map`, which applies a function to the parts of a level
     other parameters : as in `build`

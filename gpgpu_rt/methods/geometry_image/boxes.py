@@ -1,7 +1,7 @@
 """Image boxes: computes the boxes of an image tree, and front-to-back links, on the host.
 
 Traversal uses these links but not these boxes: fragment passes compute the boxes for traversal.
-When positions change, the links stay valid, but their order may become worse.
+When positions change, the links stay valid, but may no longer lead from front to back.
 """
 from __future__ import annotations
 

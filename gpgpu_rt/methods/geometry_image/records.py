@@ -15,7 +15,7 @@ triangle has no area."""
 
 MIN_PYRAMID = Record("min_pyramid", "lo:vec3 miss:int")
 """A node of a geometry image's quadtrees: the lower corner of its box, and ``miss``, the node
-after its subtree, or -1 at the end."""
+after its subtree, or -1 if there is none."""
 
 MAX_PYRAMID = Record("max_pyramid", "hi:vec3 hit:int")
 """The second half of a node, after MIN_PYRAMID: the upper corner of its box, and ``hit``, its

@@ -79,8 +79,8 @@ _TABLES = (POSITION, IMAGE_CELL, MIN_PYRAMID, MAX_PYRAMID, PYRAMID_SOURCE)
 FAMILY = "geometry image"
 ROWS = (Method(
     name="geometry-image",
-    summary="traverses min and max pyramids, which passes make, over an image of positions; for "
-            "another mesh, the image holds its single triangles along a Morton curve",
+    summary="traverses min and max pyramids, computed by passes, over an image of positions; an "
+            "ordinary mesh becomes an image of single triangles along a Morton curve",
     citation="Carr et al. 2006",
     glsl="methods/geometry_image/geometry_image.glsl",
     kernels=("traverse", "intersect"),
@@ -97,5 +97,5 @@ ROWS = (Method(
     choose_tables=lambda options: _TABLES + ((PYRAMID_LINK,) if options["octants"] else ()),
     dynamic=True,
     fixed_defines={"IMAGE_CELLS": True},
-    no_era_form="passes fill its tables, in the layout of today's form",
+    no_era_form="passes fill its tables in a layout that the era form does not read",
 ),)

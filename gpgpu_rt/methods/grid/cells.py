@@ -130,8 +130,9 @@ def _given_resolution(resolution: int | Sequence[int]) -> np.ndarray:
 def _resolution(triangles: np.ndarray, size: np.ndarray, density: float) -> np.ndarray:
     """The number of cells along each axis i: n_i = L_i (density * n / V)^(1/3).
 
-    The box has the sides L_i and the volume V, and holds n triangles. An axis with less than one
-    cell gets one; the formula then applies to the remaining axes.
+    The box has the sides L_i and the volume V, and holds n triangles. If the formula gives less
+    than one cell along an axis, this axis gets one cell, and the formula is applied to the
+    remaining axes.
     """
     if len(triangles) == 0:
         return np.ones(3, np.int64)

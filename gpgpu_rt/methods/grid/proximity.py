@@ -24,8 +24,8 @@ def proximity_cloud(grid: Grid) -> np.ndarray:
     occupied = np.diff(grid.cell_start) > 0
     distance = np.where(occupied, np.int32(0), far).reshape(rz, ry, rx)
     # Propagate distances along x, then y, then z. After each axis, the distances are exact for
-    # paths along the axes processed so far. A step along one axis may also move one cell along
-    # every other axis, and still counts as one step.
+    # paths along the axes processed so far. A step along an axis may also move one cell along each
+    # axis processed before, and still counts as one step.
     for axis in (2, 1, 0):
         older = [other for other in range(axis + 1, 3)]
         before = distance.copy()

@@ -22,7 +22,7 @@ from .records import INTERVAL
 from .thread import thread
 
 DEPTH = 3 * AXIS_BITS + SLOT_BITS       # the tree has at most one level for each bit
-JUMPS = (DEPTH - 1).bit_length()        # each jump doubles the number of levels to `parent`
+JUMPS = (DEPTH - 1).bit_length()        # a jump doubles the levels between a node and `parent`
 
 
 def build(room: StreamRoom, triangles: np.ndarray, *, morton_bits: int = AXIS_BITS,
@@ -79,8 +79,8 @@ def radix_nodes(room: StreamRoom, keys: Stream, max_leaf: int = 1,
 
     Returns
     -------
-    gaps : for each gap between slots, the INTERVAL of its node; ``turns`` counts ancestors up to
-        the root
+    gaps : for each gap between slots, the INTERVAL of its node; ``turns`` counts the ancestors, up
+        to the root, that have the node in their left subtree
     leaves : for each slot, the INTERVAL of the leaf that begins there, if any
     sums : for each slot, the number of leaves that begin before the slot (a scan of flags)
     """

@@ -21,7 +21,8 @@ from .lbvh import scaled_boxes, upload
 from .records import BIN, INTERVAL, SLOT, SPLIT
 from .thread import thread
 
-# Nodes of at most this many triangles are not binned. Lauterbach et al. use local queues for them.
+# Nodes of at most this many triangles are not binned. For such nodes, Lauterbach et al. use local
+# work queues.
 SMALL = 32
 FAR = 3e38
 

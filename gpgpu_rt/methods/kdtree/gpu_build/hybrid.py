@@ -1,10 +1,11 @@
 """Hybrid kd-tree by fragment passes: Morton codes give the upper levels, SAH the levels below.
 
 The build follows `methods.kdtree.hybrid`, with the passes of Zhou's build. In the upper levels, a
-node stands for the codes that begin with a prefix. The prefix selects the lattice plane that
-halves the node. Below, binned SAH splits all nodes of more than `FEW` pieces (see `sah`). A piece
-is a triangle's entry in a node, with the box of the triangle's part in the node. The passes with
-Zhou's masks (a bit per piece) split the smaller nodes: they try every face of every piece's box.
+node stands for the Morton codes that begin with a prefix. The prefix selects the plane of the
+codes' lattice that halves the node. In the levels below, binned SAH splits all nodes of more than
+`FEW` pieces (see `sah`). A piece is a triangle's entry in a node, with the box of the triangle's
+part in the node. The passes with Zhou's masks (a bit per piece) split the smaller nodes: they try
+every face of every piece's box.
 
 The CPU clips triangles in all levels. Here, each split of a large node clips triangles by the
 split plane, but splits of the smaller nodes do not clip. The trees therefore cost a few percent

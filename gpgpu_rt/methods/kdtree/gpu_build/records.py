@@ -28,10 +28,11 @@ OFFER = Record("offer", "plane axis:int cost")
 """The cheapest plane of a group of candidate planes of a node. Axis 3 means no plane."""
 
 SMALL_NODE = Record("node", "lo:vec3 base:int | hi:vec3 levels:int | mask:vec4")
-"""A small node (at most 64 pieces): its box, the first piece of its small root (`base`), the
-largest number of levels below the node, and its pieces. A small root's parent is a large node.
+"""A small node (at most 64 pieces). A small node without a small parent is a small root.
 
-`mask` marks the pieces of the root that the node holds, with 64 bits, 16 in each channel."""
+The record has the node's box, the first piece of its small root (`base`), and the largest number
+of levels below the node. `mask` marks the pieces of the root that the node holds, with 64 bits, 16
+in each channel."""
 
 EXTENT = Record("extent", "lo hi")
 """The extent of a piece along an axis."""

@@ -53,7 +53,7 @@ class LargeLevel:
 
 @dataclass
 class LargeNodes:
-    """The result of `grow_large`: its levels, and the pieces of small nodes and large leaves.
+    """The result of `grow_large`: the levels, and the pieces of small nodes and large leaves.
 
     Attributes
     ----------
