@@ -10,9 +10,9 @@ import pytest
 COARSE_VERTICES = ("SwiftShader moves vertices to a grid of 1/16 pixel (GL_SUBPIXEL_BITS is 4; "
                    "Mesa has 8), so interpolated values are less exact and neighbouring patches "
                    "overlap")
-# `test_infinity_in_a_half_float_target` in tests/gl/test_angle.py tests for this fault.
-INFINITY_IS_LOST = ("SwiftShader draws infinity into a half-float target as NaN, so the ends of "
-                    "sorted rays are lost; in 32 bits, sorted rays have the right hits")
+# `test_infinity_in_a_half_float_target` in tests/gl/test_angle.py tests for SwiftShader's fault.
+NO_HALVES = ("SwiftShader draws infinity into a half float target as NaN, so streams are in float "
+             "textures")
 TWO_PASSES = ("ANGLE leaves 7 render targets, and a packet of 4x2 has 8 rays, so a second pass "
               "computes t, u and v; this test counts passes")
 DESKTOP_TEXT = "`gpgpu-rt program` prints the text for desktop OpenGL"
@@ -24,7 +24,7 @@ EXCEPTIONS: dict[str, str] = {
     "test_ray_bundles.py::test_a_furnace[0.8-6]": COARSE_VERTICES,
     "test_ray_bundles.py::test_form_factor_of_squares[0.5-0.41525]": COARSE_VERTICES,
     "test_ray_bundles.py::test_form_factor_of_squares[1.0-0.19982]": COARSE_VERTICES,
-    "test_sorted_rays.py::test_in_lower_precision[sort_rays-fp16]": INFINITY_IS_LOST,
+    "test_formats.py::test_half_textures_are_half": NO_HALVES,
     "test_packet_tiles.py::test_each_packet_is_drawn_once 4x2": TWO_PASSES,
     "test_packet_tiles.py::test_what_is_left_out_counts_nothing": TWO_PASSES,
     "test_program_text.py::test_each_text_compiles_by_itself": DESKTOP_TEXT,

@@ -12,10 +12,10 @@ ZINK = {"MESA_LOADER_DRIVER_OVERRIDE": "zink", "GALLIUM_DRIVER": "zink",
         "LIBGL_ALWAYS_SOFTWARE": "1",
         # Without this variable, Vulkan's loader prints a line to stderr.
         "XDG_RUNTIME_DIR": os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir()}
-# The folders of tests that compare hits.
-HITS = [f"tests/{folder}" for folder in (
+# The tests that compare hits.
+HITS = [f"tests/{path}" for path in (
     "traversal", "methods", "session", "inspect", "extremes", "reference", "repro",
-    "render/image_space")]
+    "render/image_space", "gl/test_formats.py")]
 FRESH = ("bookworm", "trixie")
 NOT_HERE = 77      # exit status of tools/fresh_machine.sh if no fresh machine can be made
 

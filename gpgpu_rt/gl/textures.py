@@ -130,9 +130,13 @@ def _write_rows(texture: moderngl.Texture, row: int, texels: np.ndarray, dtype: 
 
 
 def stream_textures(gpu: Gpu, record: Record, size: tuple[int, int]) -> list[moderngl.Texture]:
-    """Return a texture for each texel of a stream's record; ``size`` is (width, height)."""
+    """Return a texture for each texel of a stream's record; ``size`` is (width, height).
+
+    On ANGLE, float textures replace half float textures, because SwiftShader draws an infinity
+    into a half float texture as NaN. Programs round what they store, so the numbers are the same.
+    """
     return [make_texture(gpu, size, 4, f"a {record.name} texture of {size[0] * size[1]:,} rays",
-                         dtype=record.plane_of(texel).dtype)
+                         dtype="f4" if gpu.is_es else record.plane_of(texel).dtype)
             for texel in range(record.texels)]
 
 
