@@ -5,6 +5,7 @@ import contextlib
 import io
 import logging
 import os
+import re
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -134,7 +135,16 @@ def flatten(mesh: trimesh.Trimesh | trimesh.Scene) -> Mesh:
     faces = [len(getattr(mesh.geometry[name], "faces", ())) for _, _, name in placed]
     if len(placed) > len(mesh.geometry):
         check_triangles(sum(faces), "its instances")
-    return _join([(mesh.geometry[name], transform, node) for node, transform, name in placed])
+    return _join([(mesh.geometry[name], transform, _part_name(mesh, node))
+                  for node, transform, name in placed])
+
+
+def _part_name(scene: trimesh.Scene, node: str) -> str:
+    """Return the name of a node of a mesh file. trimesh splits a glTF node with several materials
+    into children, whose names are the node's name and a random ending such as _1a2b3c."""
+    parent = scene.graph.transforms.parents.get(node)
+    split = parent and re.fullmatch(re.escape(str(parent)) + "_[0-9a-f]{6}", node)
+    return str(parent) if split else node
 
 
 def _join(placed: list[tuple[Any, np.ndarray | None, str]]) -> Mesh:

@@ -148,7 +148,7 @@ class _SceneFile:
         for word, name in own.items():
             chosen = _named(mesh, word)
             if not chosen.any():
-                known = [*mesh.parts, *(m.name for m in mesh.materials)]
+                known = dict.fromkeys((*mesh.parts, *(m.name for m in mesh.materials)))
                 raise SceneError(f"{self.path}: {where}.materials: {entry['file']} has no {word!r}"
                                  f"{nearest_names(word, known)}")
             row = self._row(name, f"{where}.materials.{word}")
@@ -234,8 +234,8 @@ class _SceneFile:
 
 
 def _named(mesh: mesh_file.Mesh, word: str) -> np.ndarray:
-    """Return (n,) bool, whether each face belongs to a part or material named ``word``. From a
-    COLLADA part with several materials, trimesh makes parts such as NAME, NAME_1 and NAME_2."""
+    """Return (n,) bool, whether each face belongs to a part or material named ``word``. If several
+    nodes of a glTF file have the same name, trimesh numbers them: NAME, NAME_1, NAME_2."""
     parts = [k for k, name in enumerate(mesh.parts)
              if name == word or re.fullmatch(re.escape(word) + r"_\d+", name)]
     materials = [k for k, m in enumerate(mesh.materials) if m.name == word]
