@@ -23,7 +23,7 @@ def gltf(primitives: list[int], nodes: list[dict[str, object]]) -> str:
         "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [*range(len(nodes))]}],
         "nodes": nodes, "materials": [{"name": f"paint {k}"} for k in range(count)],
         "meshes": [{"primitives": [{"attributes": {"POSITION": k}, "material": k}
-                                   for k, _ in zip(triangles, range(n))]} for n in primitives],
+                                   for _, k in zip(range(n), triangles)]} for n in primitives],
         "accessors": [{"bufferView": k, "componentType": 5126, "count": 3, "type": "VEC3"}
                       for k in range(count)],
         "bufferViews": [{"buffer": 0, "byteOffset": 36 * k, "byteLength": 36}
