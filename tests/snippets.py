@@ -95,8 +95,8 @@ def commands(block: Snippet) -> list[str]:
 
 
 def mistakes(page: Path) -> list[str]:
-    """Returns a line for each mistake of a page. A mistake is a language or a command that tests
-    do not run, or a comment for tests that is not on the line before a block."""
+    """Returns a line for each mistake of a page: another name for the languages sh and python, a
+    command that tests do not run, or a comment for tests that is not before a block."""
     found = []
     for block in snippets(page):
         if block.language in _OTHER_NAMES:

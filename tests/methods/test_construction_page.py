@@ -1,5 +1,5 @@
-"""The tables of docs/construction.md, and the table of passes in docs/notes/builds.md, hold the
-values that these tests measure."""
+"""The tables of docs/construction.md, and the table of GPU passes in docs/notes/builds.md, hold
+the values that these tests measure."""
 from __future__ import annotations
 
 import re
@@ -21,7 +21,7 @@ NOTE = PAGE.parent / "notes" / "builds.md"
 SCENES = ("bunny", "robots", "kitchen")
 ROWS = {f"`{build}`" + (", gpu" if device == "gpu" else ""): (build, device)
         for build in BUILD_OPTIONS[0].choices for device in ("cpu", "gpu")
-        if (build, device) != ("lbvh", "gpu")}      # the GPU builds the same tree as the CPU
+        if (build, device) != ("lbvh", "gpu")}      # no row: the GPU builds the CPU's tree
 
 
 def tables() -> list[dict[str, dict[str, str]]]:

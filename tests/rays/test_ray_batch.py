@@ -14,7 +14,7 @@ BLOCK = 256
 
 def _rays(count: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return origins in the box, directions whose largest component has a size in [0.5, 1), and
-    ends of rays in [0, 1)."""
+    t_max in [0, 1)."""
     rng = np.random.default_rng(seed)
     directions = rng.normal(size=(count, 3))
     directions *= rng.uniform(0.5, 0.999, (count, 1)) / np.abs(directions).max(1, keepdims=True)
@@ -57,7 +57,8 @@ def test_blocks_are_laid_out_as_all_at_once(blocks, monkeypatch, count: int, end
     "direction long", "direction short", "t_min NaN", "t_max NaN"])
 def test_one_ray_that_is_not_well_is_seen_in_any_block(blocks, monkeypatch, what: str,
                                                        at: int) -> None:
-    """An invalid, far or unusually scaled ray gets the right texels in any block."""
+    """A ray that is invalid, or starts far away, or has a direction of unusual length, gets the
+    right texels in any block."""
     name, fault = what.split()
     origins, directions, t_max = _rays(1000, seed=4)
     given = {"origin": origins, "direction": directions, "t_min": np.zeros(1000, np.float32),
@@ -104,7 +105,7 @@ def test_a_start_is_laid_out_where_it_is_asked_for(blocks, fault: str | None) ->
     origins[600] = {"another": 0.5, "NaN": np.nan, "inf": np.inf}.get(str(fault), origins[0])
     if str(fault).startswith("far"):
         origins[:] = (0, 0, 100) if "both" in str(fault) else 100
-    if "both" in str(fault):    # all rays advance by the same t, to two different points
+    if "both" in str(fault):    # the batch advances all origins by the same t, to two points
         directions[:] = [0.25, 0.125, -0.75]
         directions[::2, 0] *= -1
     t_min[600] = 0.5 if fault == "t_min" else 0.25

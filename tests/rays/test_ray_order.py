@@ -1,6 +1,6 @@
-"""`RayOrder` sorts each block of rays separately, or all rays together. A cell is occupied if a
-ray starts in it. Blocks are sorted separately if a block occupies, on average, less than three
-quarters of the cells that all blocks occupy."""
+"""`RayOrder` sorts each block of rays separately, or all rays together. A cell, one of the
+8 x 8 x 8 parts of the scene's box, is occupied if a ray starts in it. Blocks are sorted separately
+if a block occupies, on average, less than three quarters of the cells that all blocks occupy."""
 from __future__ import annotations
 
 import numpy as np

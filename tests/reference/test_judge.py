@@ -46,7 +46,7 @@ def test_right_answers_are_right(case) -> None:
     verdict = judge(*case)
     assert verdict.counts["right"] == len(verdict) and not verdict.within_bound.any()
     assert verdict.wrong_share == 0 and 0 < verdict.upper_95 < 3.1 / len(verdict)
-    assert 0 < verdict.quantiles()["max"] <= 0.5001  # correctly rounded
+    assert 0 < verdict.quantiles()["max"] <= 0.5001  # t is correctly rounded
     assert verdict.quantiles("t_bounds")["max"] < 1
     assert verdict.quantiles("barycentric_error")["max"] < 1e-7
     assert verdict.to_dict()["counts"] == verdict.counts

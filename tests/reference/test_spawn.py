@@ -64,7 +64,8 @@ def test_spawned_rays_miss_what_they_leave(kind: str, seed: int, each: int) -> N
         corners = some[hits.triangle]
         accepted, t, _, _ = intersect_pairs(corners, origins, directions)
         assert not (accepted & (t >= 0)).any()
-        # Almost all origins lie on the side of the new direction, and all lie near the hit point.
+        # Almost all origins lie on the side of the triangle to which the new direction points. All
+        # origins lie near the hit point.
         v0, v1, v2 = corners.astype(np.float64).transpose(1, 0, 2)
         u, v = hits.u[:, None].astype(np.float64), hits.v[:, None].astype(np.float64)
         off = origins - ((1 - u - v) * v0 + u * v1 + v * v2)
@@ -94,7 +95,7 @@ def test_out_of_a_ball_nothing_is_hit_and_into_it_all_hit(seed: int) -> None:
     rng = np.random.default_rng(seed)
     ball = rt.load_scene(trimesh.creation.icosphere(subdivisions=4))
     hits = hits_on(ball.triangles, 4, rng)
-    hits.u = np.clip(hits.u, 0.05, 0.45)  # at an edge, an outward ray may enter the neighbour
+    hits.u = np.clip(hits.u, 0.05, 0.45)  # at an edge, rounding may let rays hit neighbours
     hits.v = np.clip(hits.v, 0.05, 0.45)
     v0, v1, v2 = ball.triangles[hits.triangle].astype(np.float64).transpose(1, 0, 2)
     normal = np.cross(v1 - v0, v2 - v0)

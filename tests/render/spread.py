@@ -8,7 +8,7 @@ def chi_square(counts: np.ndarray) -> float:
     """Return how far the chi-square statistic of ``counts`` exceeds its mean, in standard
     deviations.
 
-    Mean and standard deviation are those of cells that are all equally likely.
+    The mean and the standard deviation assume that all cells are equally likely.
     """
     expected = counts.sum() / counts.size
     cells = counts.size - 1

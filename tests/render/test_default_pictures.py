@@ -28,8 +28,8 @@ def places(camera: rt.Camera, triangles: np.ndarray, size: tuple[int, int] = (1,
 
 @pytest.mark.parametrize("name", OBJECTS)
 def test_built_in_objects_are_whole_in_the_picture(name: str) -> None:
-    """The margin is at least 2 % of the picture. A larger margin would move the cameras with which
-    figures were measured."""
+    """At least 2 % of the picture is free on each side. The usual MARGIN would move the cameras
+    with which figures were measured."""
     built = catalogue.ROWS[name].make()
     assert np.abs(places(built.camera, built.triangles)).max() < 0.96
 
@@ -53,7 +53,7 @@ def test_framed_objects_touch_their_margin(seed: int, size: tuple[int, int], sca
     triangles = scale * (rng.normal(size=(40, 3, 3)) * rng.uniform(0.1, 3, 3) + far)
     found = places(framed(triangles, size), triangles, size)
     assert np.abs(found).max() == pytest.approx(1 - 2 * MARGIN, rel=1e-6)
-    # The axis that limits the frame is centred: both margins are equal.
+    # Along the axis that limits the frame, both margins are equal.
     low, high = found.min(axis=0), found.max(axis=0)
     assert np.abs(low + high).min() < 1e-6
 
@@ -172,7 +172,7 @@ def _saved(triangles: np.ndarray, path) -> str:
 
 
 def test_a_floor_takes_corners_and_materials_of_its_own() -> None:
-    """The floor's triangles have their own material, no normals, and lie below the scene."""
+    """The floor's triangles have their own material and no normals. They lie below the scene."""
     from gpgpu_rt.cli.floor import on_floor
     scene = rt.load_scene("soft-shadows")
     more = on_floor(replace(scene, uv=np.zeros((len(scene), 3, 2), np.float32)))

@@ -10,7 +10,8 @@ import gpgpu_rt as rt
 from gpgpu_rt.render import packed_paths, path
 from gpgpu_rt.render.packed_paths import PackedPaths, packed_sizes
 
-# A wave is the paths that are traced at once. Here waves do not fill squares of 8 x 8 texels.
+# A wave is a set of paths that are traced together. With this SIZE, some of a wave's squares of
+# 8 x 8 texels are incomplete.
 SIZE, SAMPLES = (14, 11), 16
 SCENES = {"cornell": path_scenes.cornell_lit, "everything": path_scenes.everything,
           "slab": lambda: path_scenes.glass_slab()[0]}
@@ -98,8 +99,8 @@ def test_the_same_bits_of_several_waves(precise_renderer, small, monkeypatch,
 
 
 def test_paths_are_counted_vertex_by_vertex(precise_renderer, small) -> None:
-    """Packing does not change the number of live paths. For each vertex of the paths, the textures
-    have the smallest size that holds the live paths: a packed size or the whole size."""
+    """Packing does not change the number of live paths. At each vertex, the textures of the
+    paths have the smallest size, packed or whole, that holds all live paths."""
     counts = {}
     with rt.Tracer(path_scenes.everything()) as tracer:
         for share in (0.25, 0.75):
@@ -215,7 +216,7 @@ def test_an_interrupted_picture_keeps_its_bits(precise_renderer, small, monkeypa
 def test_sizes_of_packed_textures() -> None:
     """Size k holds share^k times as many texels as the wave, rounded up to whole squares.
 
-    A wave with more texels than float32 counts exactly has no packed sizes.
+    A wave of 2^24 or more texels has no packed sizes, because float32 cannot count the texels.
     """
     sizes = packed_sizes((512, 512), 0.5)
     assert [w * h for w, h in sizes] == sorted({w * h for w, h in sizes}, reverse=True)

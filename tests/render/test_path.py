@@ -72,8 +72,8 @@ def test_cornell_box_at_4096_samples() -> None:
     found = radiance(path_scenes.cornell_lit(), (64, 64), 4096, roulette=16)
     truth = cornell_truth()[0]
     error = relative_error(found, truth), relative_error(found @ LUMINANCE, truth @ LUMINANCE)
-    print(f"mean relative error; the truth has {truth_noise():.2%} of noise: {error[0]:.2%} of a "
-          f"channel, {error[1]:.2%} of the luminance")
+    print(f"mean relative error: {error[0]:.2%} in a channel, {error[1]:.2%} in the luminance; "
+          f"noise of the truth: {truth_noise():.2%}")
     assert error[0] < np.hypot(0.0115, truth_noise())
     assert error[1] < np.hypot(0.01, truth_noise())
 
@@ -134,7 +134,7 @@ def test_direct_light_of_a_bright_texel() -> None:
 
 @pytest.mark.parametrize("seed", [13])
 def test_asking_finds_a_small_sun(seed: int, monkeypatch) -> None:
-    """Direct sampling of a small sun reduces the error to less than a tenth.
+    """With direct sampling of a small sun, the error is less than a tenth of the error without.
 
     docs/path-tracing.md quotes the two errors that this test prints.
     """

@@ -80,7 +80,8 @@ def test_numbers_are_uniform_and_independent(name: str) -> None:
         for lag in (1, 2, 16, 256, 512):
             pairs += [(numbers[:-lag, a], numbers[lag:, b]) for b in range(4)]
         spectrum = np.abs(np.fft.rfft(numbers[:, a] - 0.5))[1:] ** 2 * 12 / n
-        # The values of the spectrum are n / 2 exponential variables of mean 1.
+        # The n / 2 values of the spectrum are exponentially distributed with mean 1. So the
+        # largest value is about log(n / 2).
         assert spectrum.max() < np.log(n) + 10
     for first, second in pairs:
         cells = (16 * first).astype(int) * 16 + (16 * second).astype(int)
@@ -89,7 +90,8 @@ def test_numbers_are_uniform_and_independent(name: str) -> None:
 
 
 def test_mean_over_samples_converges_as_it_should() -> None:
-    """The mean of a product over all dimensions of several bounces is right within its noise."""
+    """A sample's value is the product of 48 factors, from all dimensions of several bounces. The
+    mean of the samples is right within its noise."""
     samples = np.arange(1 << 14)
     numbers = np.concatenate([random_numbers(3, 4, samples, bounce, block) for bounce in range(6)
                               for block in (0, 1)], axis=1)

@@ -78,8 +78,8 @@ def test_an_even_image_hides_a_white_ball(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [10])
 def test_direct_light_of_a_bright_texel(seed: int, monkeypatch) -> None:
-    """Within the noise, pixels equal values computed from the irradiance, whether or not paths
-    sample the bright texel directly. Direct sampling lowers the noise to less than a fifth."""
+    """Each pixel has the expected radiance within its noise, with and without direct sampling of
+    the bright texel. Direct sampling lowers the noise to less than a fifth of its value."""
     scene, expected = path_scenes.image_lit_floor()
     settings = PathSettings(seed=seed, sampler="random")
     asked = path_picture(scene, (4, 4), 1000, settings)

@@ -43,8 +43,8 @@ def test_pairs_are_nets(pixel: tuple[int, int], first: int) -> None:
     """Consider 2^k consecutive samples that begin at a multiple of 2^k. Every box that results
     from halving the unit square k times holds exactly one of the samples.
 
-    This is true for the two numbers of discrete choices and, in block 0, for the two numbers of a
-    position or direction. Each single number is stratified too.
+    This is true for numbers 0 and 1, which make discrete choices. In block 0, it is also true for
+    numbers 2 and 3, which choose a position or direction. Each single number is stratified too.
     """
     for bounce, k in itertools.product((0, 1, 7), range(11)):
         samples = first + np.arange(1 << k)

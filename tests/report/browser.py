@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-# Runs in the loaded page and writes its findings into the document, which Chromium then prints.
+# This script runs in the loaded page, and writes its findings into the document. Chromium then
+# prints the document.
 PROBE = """<script>addEventListener("load", () => {
 const waits = [...document.images].map(i => { i.loading = "eager";
   return i.complete ? 0 : new Promise(done => { i.onload = i.onerror = done; }); });

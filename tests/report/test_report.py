@@ -203,8 +203,8 @@ def test_the_page_says_first_what_came_out(judged: Path, tmp_path: Path) -> None
 
 
 def test_outcomes_differ_for_colour_blind_readers() -> None:
-    """Each word of a verdict has one outcome. The badges of confirmed and of contradicted figures
-    differ in lightness, and the text of every badge contrasts with the badge."""
+    """Each verdict word belongs to one outcome. The badges of confirmed and of contradicted
+    figures differ in lightness, and the text of every badge contrasts with the badge."""
     assert sorted(word for one in OUTCOMES for word in one.words) == sorted(verdict_words.WORDS)
 
     def luminance(colour: str) -> float:
@@ -243,8 +243,8 @@ def test_films_and_maps(tmp_path: Path, figures: Path, monkeypatch) -> None:
     assert first[0] == "0" and last[0] == last[1] and live[-1] == 0
     lost = -np.diff(live)
     assert (lost > 0).all()
-    # live[0] rays are live in the first frame. The next frame follows at the latest when
-    # live[0] / (FRAMES - 1) rays have ended since the previous frame.
+    # A frame is due at the latest when 1 / (FRAMES - 1) of the rays have ended since the previous
+    # frame. At the pass before a frame, fewer rays have ended.
     passes = [int(re.match(r"pass ([\d,]+)", one)[1].replace(",", "")) for one in texts]
     scene, every = rt.load_scene("cornell"), []
     with rt.Tracer(scene, "kd-restart", schedule="step") as tracer:
@@ -252,7 +252,8 @@ def test_films_and_maps(tmp_path: Path, figures: Path, monkeypatch) -> None:
     assert [every[at] for at in passes] == live
     assert all(live[k] - every[at - 1] < live[0] / (FRAMES - 1)
                for k, at in enumerate(passes[1:]))
-    # The last few rays take up a smaller share of the frames than of the passes.
+    # Passes with under 5 % of the rays live make up a smaller share of the frames than of all
+    # passes.
     of_frames, of_passes = (np.mean(np.array(some) < live[0] / 20) for some in (live, every))
     assert of_frames < 0.6 * of_passes, (of_frames, of_passes)
     # Frames do not overlap: the seam below each frame is white.

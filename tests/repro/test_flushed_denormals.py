@@ -1,5 +1,5 @@
-"""In the past, hits at t = -1e-45 were lost in a thread that flushes denormal numbers to 0. The
-host scales the ends of intervals, and this arithmetic turned a t_min of -1e-45 into 0."""
+"""In the past, a thread that flushes denormal numbers to 0 got wrong hits. The host rounds a t_min
+of 1e-45 up to 2^-126. In such a thread, t_min became 0 instead, so a hit at t = 0 was accepted."""
 from __future__ import annotations
 
 import ctypes

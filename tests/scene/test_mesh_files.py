@@ -148,6 +148,6 @@ def test_corners_of_textured_obj_files_keep_their_places(name: str, textured: Pa
     if "first" in name:
         assert scene.material_of.tolist() == [0, 1]
         places[0] = 0
-    assert np.array_equal(scene.uv, places)  # equal to the square's corners
+    assert np.array_equal(scene.uv, places)  # uv equals x and y in SQUARE
     assert scene.normals is None or (scene.normals == (0, 0, 1)).all()
     assert (scene.normals is not None) == (name == "normals too")

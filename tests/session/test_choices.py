@@ -275,7 +275,7 @@ def test_the_default_pair(scene) -> None:
                                     (INCOHERENT, random(scene), "bvh-threaded")):
             assert_same_bits(truth.trace(*given), tracer.trace(*given))
             assert took(tracer) == (rays, method, method) and tracer.options["octants"]
-    with rt.Tracer(scene, "auto", schedule="step") as tracer:     # packets without entry points
+    with rt.Tracer(scene, "auto", schedule="step") as tracer:     # entry points are dropped
         tracer.trace(*eye(scene))
         assert took(tracer) == (COHERENT, "bvh-packet", "bvh-packet")
     with rt.Tracer(scene, "auto", entry_points=4) as tracer:      # packets do not accept 4

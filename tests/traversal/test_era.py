@@ -64,7 +64,7 @@ def test_shadow_rays_stop_at_a_hit(scenes, name):
     {"stack_size": 1, "push_down": False}], ids=str)
 def test_a_short_stack_may_be_shorter(scenes, more):
     """In the era form, a ray visits the same nodes and tests the same triangles as in today's
-    form, even with a shorter stack. The numbers of passes therefore agree."""
+    form, even if the stack is shorter than by default. So the numbers of passes agree."""
     rays = scenes["shirley6"].camera.rays((SIDE, SIDE))
     with rt.Tracer(scenes["shirley6"], "kd-short-stack", intersection="moller-trumbore",
                    schedule="kernels", **more) as tracer:
@@ -103,7 +103,7 @@ def test_rays_along_an_axis_end(scenes, name):
     with rt.Tracer(scene, name, era="nv40") as tracer:
         found = tracer.trace(at, direction)
     # The first and the last ray lie in sides of the scene's box. Their hits may differ, because
-    # era boxes have no slack.
+    # the box test of the era form has no margin for rounding.
     inside = slice(1, -1)
     assert (found.hit[inside] == today.hit[inside]).all()
 

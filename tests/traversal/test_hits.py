@@ -35,8 +35,8 @@ PLAIN_FIRST = cases(bool)
 def schedule_cases(of_plain: tuple[str, ...], of_variants: tuple[str, ...]) -> list:
     """Returns every case under every schedule.
 
-    The quick suite runs the schedules ``of_plain`` for methods without options, and
-    ``of_variants`` for options that change programs.
+    In the quick suite, methods with default options run under the schedules ``of_plain``. Options
+    that change a program run under ``of_variants``.
     """
     found = []
     for case in CASES:
@@ -105,8 +105,8 @@ def test_soup_matches_brute_force(precise_renderer, method: str, options: dict, 
     assert_same_bits(trace(scene, method, chosen, **options), expected)
 
 
-# These schedules exclude (mask) finished rays at different times. The quick suite runs the
-# schedules on cases that have different programs.
+# These schedules exclude (mask) finished rays at different times. The quick suite skips
+# options that change no program.
 @pytest.mark.parametrize("method, options, schedule", schedule_cases(
     ("step1", "step16", "step1-mask3", "kernels", "kernels-mask2"), ("step16", "kernels")))
 def test_schedules_agree(precise_renderer, method: str, options: dict, schedule: dict) -> None:

@@ -103,9 +103,9 @@ def test_no_hit_is_left_out(precise_renderer, method: str, packet: tuple[int, in
 @pytest.mark.parametrize("part", [0.0, 0.5, 1.0], ids="live-{}".format)
 def test_each_packet_is_drawn_once(part: float, size: tuple[int, int], packet: tuple[int, int],
                                    tile: int | None) -> None:
-    """Packets are drawn as points. The points cover each packet once, so the occlusion query
-    counts all packets, and no packet is drawn again. If every tile has live rays, one draw covers
-    the image."""
+    """Packets are drawn as points, which cover each packet once. If the occlusion query counted
+    fewer packets than were drawn, all packets would be drawn again. If every tile has live rays,
+    one draw covers the image."""
     scene, origins, directions = seen(size, 4)
     directions = directions * np.float32([0.02, 0.02, 1])  # aim at the middle of the triangles
     t_max = np.where(np.arange(size[0]) < part * size[0], np.inf, -1.0)
@@ -148,8 +148,8 @@ def test_no_aimed_ray_is_left_out(precise_renderer, tile: int, octants: bool, se
 
 @pytest.mark.parametrize("tile", ENTRIES)
 def test_what_is_left_out_counts_nothing(precise_renderer, tile: int | None) -> None:
-    """A call that skips tiles is compared with a call that draws all packets. Each ray's counters
-    are the same in both calls, or zero if tiles are skipped. At most half as many fragments run
+    """A call that skips tiles is compared with a call that draws all packets. If tiles are
+    skipped, a ray's counters stay the same or become zero. At most half of the fragments then run
     `packet.frag`, and the other fragments run `packet_none.frag`."""
     scene, origins, directions = seen((128, 128), 7)
     t_max = np.full(origins.shape[:2], np.inf)

@@ -205,8 +205,8 @@ def test_a_place_is_named_once_however_many_triangles_meet_there(seed: int) -> N
 @pytest.mark.parametrize("shape", ["ball", "box"])
 def test_queries_name_the_same_first_triangle(shape: str, seed: int, away: float) -> None:
     """All queries report the same first triangle. At a vertex, float32 may find triangles that the
-    ray misses in float64; these triangles count too. A far origin makes different t equal in the
-    caller's units."""
+    ray misses in float64; these triangles count too. If an origin is far, rounding to the
+    caller's units can make different t equal."""
     mesh, rng = closed(shape), np.random.default_rng(seed)
     aims = np.tile(mesh.vertices, (2000 // len(mesh.vertices), 1))
     origins = rng.normal(size=aims.shape)
@@ -236,7 +236,7 @@ def test_a_mesh_far_from_the_origin(name: str) -> None:
     found = ENGINES[name](far).intersects_location(origins + away, directions)
     assert found[1].tolist() == expected[1].tolist()
     assert found[2].tolist() == expected[2].tolist()
-    assert np.abs(found[0] - away - expected[0]).max() < 1e-8     # `away` rounds vertices
+    assert np.abs(found[0] - away - expected[0]).max() < 1e-8     # adding `away` rounds vertices
 
 
 def test_a_mesh_that_changes_is_noticed() -> None:

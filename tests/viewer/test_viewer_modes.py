@@ -120,7 +120,8 @@ def test_a_scale_says_where_rays_lie_beyond(monkeypatch, what: str) -> None:
 @pytest.mark.parametrize("method", ["bvh-threaded", *map(full, ("kd-restart", "grid",
                                                                 "bvh-packet"))])
 def test_a_journey_ends_at_the_hits_of_a_trace(soup: str, method: str) -> None:
-    """The recorded passes end with the hits of a trace. Limits of memory and time drop passes."""
+    """The last recorded pass has the hits of a trace. A limit of memory keeps only every n-th
+    pass, and a limit of time stops the recording."""
     scene = rt.load_scene(soup)
     rays = scene.camera.rays(VIEW)
     with rt.Tracer(scene, method, schedule="step") as tracer:
@@ -234,7 +235,7 @@ def test_a_clicked_ray_goes_through_its_boxes_to_its_hit(soup: str, method: str,
     assert path.hit == hits.triangle[pixel]
     assert path.rows[-1][-1] == str(path.hit) and path.rows[-1][2] == "done"
     assert len(path.columns) == len(path.rows[0]) and len(path.boxes) > 2
-    # Each box holds an interval of the ray, so the ray meets the box.
+    # Almost all boxes of a walk down a tree or through a grid meet the ray.
     way = path.end - path.origin
     lo, hi = path.boxes[:, 0], path.boxes[:, 1]
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -39,7 +39,8 @@ METHODS, COSTS, LAST, FILE = (150, 44), (150, 198), (150, 302), (200, 328)
 PATIENCE = 240.0  # seconds; long enough for a busy machine
 CLIENT = Path(__file__).with_name("x_client.py")
 START = "import sys; from gpgpu_rt.cli import main; sys.exit(main(sys.argv[1:]))"
-# Registers a user's own method, with an error in its shader, as the last row of the table.
+# This program registers a user's own method as the last row of the table. The method's shader has
+# an error.
 BROKEN = """
 import dataclasses, sys
 from gpgpu_rt.cli import main
@@ -218,7 +219,7 @@ def test_passes_heat_and_the_path_of_a_ray(person) -> None:
             assert (a != b).any(axis=2).mean() > 0.01
     found = one.quit()
     assert not found["message"] and found["settings"]["mode"] == "picture"
-    assert not found["seconds_to_full_quality"], "timed although the camera stood still"
+    assert not found["seconds_to_full_quality"], "a move was timed although the camera stood still"
 
 
 def test_the_lists_of_the_panel(person) -> None:

@@ -59,8 +59,8 @@ class Client:
         self._until("XdndFinished", (Path(path).as_uri() + "\r\n").encode())
 
     def _until(self, name: str, text: bytes = b"") -> xlib.XClientMessageEvent:
-        """Waits for the message ``name`` and returns it. Answers requests for the selection with
-        ``text`` in the meantime."""
+        """Waits for the message ``name`` and returns it. While waiting, answers requests for the
+        selection with ``text``."""
         began, event = time.monotonic(), xlib.XEvent()
         while time.monotonic() - began < PATIENCE:
             if not xlib.XPending(self.display):

@@ -8,7 +8,8 @@ from pathlib import Path
 from devtools import Browser
 from pages import settle
 
-# Notes the time of the first picture, and the time from each move of the mouse to its picture.
+# This script notes when the first picture appears, and the time from each move of the mouse to the
+# picture of the move.
 _CLOCK = """addEventListener("DOMContentLoaded", () => {
 globalThis.firstPicture = 0; globalThis.answers = [];
 if (location.protocol === "about:") return;

@@ -25,9 +25,9 @@ def bits(*words: int) -> np.ndarray:
 def records() -> np.ndarray:
     """Returns records of two texels.
 
-    The first channel is 0, 1, 2 or, in all other records, a running number from 3 on. This value
-    divides the records into classes (packing.py). The second channel is an integer whose formula
-    depends on the class. The second texel holds floats of both signs.
+    Channel 0 of the first texel is the key that divides the records into classes (packing.py). The
+    key is 0, 1, 2 or a running number from 3 on. Channel 1 is an integer whose formula depends on
+    the class. The second texel holds floats of both signs.
     """
     kind = RNG.integers(0, 5, 500)
     table = np.zeros((1000, 4), np.float32)

@@ -196,7 +196,7 @@ def test_the_address_is_followed(page: Browser) -> None:
     assert "steps = 7" in page.run("element('ray').textContent")
     assert differing(before, page.pixels("#picture")) > 0.2
     page.run("location.hash = 'rays=64&method=nothing&eye=1,x,3&ray=7,7&pass=-3'")
-    settle(page)        # a missing or wrong choice gets its first value again
+    settle(page)        # a missing or wrong choice gets its default again
     assert page.run("[chosen.method.name, chosen.most, chosen.ray, chosen.camera === page.camera]"
                     ) == ["kd-restart", None, None, True]
     assert not differing(before, page.pixels("#picture"))

@@ -44,7 +44,7 @@ def test_the_step_is_in_mid_search(scene: str, name: str) -> None:
     assert hits.hit[ray] == hits.hit[hits.steps == hits.steps.max()].any()
     if name == "brute-force":
         assert costs["step"] is None
-    elif name != "bvh-packet":      # a step of the slider is a step of a ray
+    elif name != "bvh-packet":      # for packets, the slider counts other steps
         assert 1 <= costs["step"] < costs["steps"][1]
         assert 0.5 <= np.mean(hits.steps[hits.hit] <= costs["step"]) < 1
 
@@ -113,7 +113,8 @@ def test_the_opening_ray_has_the_most_steps_of_the_table(browser: Browser,
 @in_browser
 @pytest.mark.parametrize("name", OPENED[4:])
 def test_packets_open_after_half_of_the_hits(browser: Browser, tmp_path: Path, name: str) -> None:
-    """The host counts the same turns of packets as the page."""
+    """For packets too, the page opens at the step that the host computed. At this step, and not
+    one step earlier, at least half of the hits are final."""
     opened(browser, tmp_path, written(OPENED), f"method={name}")
     costs = ray_costs(rt.load_scene("cornell"), name, 64)
     assert browser.run("[chosen.most, result.turns]") == [costs["step"]] * 2

@@ -96,7 +96,7 @@ def test_passes_share_the_textures_of_tables(browser: Browser, tmp_path: Path) -
         return [...found, new Set(sources.filter((one) => one.startsWith("table:"))).size];
     })()""")
     assert made == known >= 2
-    assert decoded == known + 2     # 2: the triangles' vertices and corners
+    assert decoded == known + 2     # 2 more: the triangles' vertices and corners
 
 
 def test_an_array_of_eight_floats_is_set(browser: Browser, tmp_path: Path) -> None:

@@ -85,8 +85,8 @@ def test_boxes_and_triangles_are_on_the_way(exact_renderer, page: Browser, metho
     assert len(boxes) > 2
     for one, (lo, hi) in boxes:
         assert (lo <= hi).all()
-        # While a ray climbs, its interval is the whole rest of its path. The node that a rope
-        # leads to may contain only a part of this rest.
+        # Skip climbs and ropes. While a ray climbs, its interval is the whole rest of its path.
+        # The node that a rope leads to may contain only a part of this rest.
         if one["interval"] and one["kernel"] not in ("climb", "follow_rope"):
             start, end = one["interval"]
             end = start if method == "kd-ropes" else max(start, end)
@@ -278,7 +278,7 @@ def test_visits_and_restarts_are_the_hosts(exact_renderer, page: Browser, method
         at = page.run(f"stepLine(path.states, {again[0]}, schedule().structure)")
         assert "restarts at the root" in at and "1 restart so far" in at
         downs = np.cumsum([0] + [one["kernel"] == "down" for one in states])
-        for step in (0, 1, 2, again[0], again[0] + 1):  # `down` has run for the visited nodes
+        for step in (0, 1, 2, again[0], again[0] + 1):  # each visited node runs `down`
             at = page.run(f"stepLine(path.states, {step}, schedule().structure)")
             assert f"; {downs[step]:,} visit" in at
         texts = page.run("""{

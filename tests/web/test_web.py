@@ -57,8 +57,8 @@ def test_joined_names_that_cannot_be_expanded_are_refused() -> None:
 
 @pytest.mark.parametrize("name", web_names())
 def test_a_method_without_a_path_has_a_reason(name: str, monkeypatch) -> None:
-    """A page shows the path of a ray from the states of the schedule step. A packet has only one
-    state for several rays. The page leaves out schedules with too many passes."""
+    """A page shows no path if it lacks the method's schedule step, or if a state of this schedule
+    belongs to several rays of a packet. A page leaves out schedules with too many passes."""
     scene = rt.load_scene("cornell")
     for most in (MOST_TEST_PASSES, 20):
         monkeypatch.setattr(export, "MOST_TEST_PASSES", most)
@@ -190,7 +190,7 @@ def _other_rays(told: dict) -> None:
 
 
 def _writes_nothing(told: dict) -> None:
-    """Disable the output of the last of the passes that are drawn once per trace."""
+    """Disable the output of the last pass in the list of passes drawn once per trace."""
     discards(told, told["methods"][1]["schedules"]["loop"]["once"][-1])
 
 

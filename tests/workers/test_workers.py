@@ -54,8 +54,8 @@ def test_hits_are_those_of_one_process(workers: Workers, monkeypatch) -> None:
 
 @pytest.mark.parametrize("given", ["image", "shape"])
 def test_packets_find_the_same_tiles(given: str, workers: Workers, monkeypatch) -> None:
-    """Packets of workers hold the same rays as packets of a single process. The counters prove
-    this: if workers cut the image into rows of another width, packets would hold other rays."""
+    """Packets of workers hold the same rays as packets of a single process, so their counters are
+    equal. If workers cut the image into rows of another width, the counters would differ."""
     monkeypatch.setattr(module, "PART", 256)
     scene = rt.load_scene("cornell")
     origins, directions = scene.camera.rays((44, 37))  # 37 rows of 44

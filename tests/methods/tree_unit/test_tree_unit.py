@@ -52,7 +52,7 @@ def test_the_criterion_ends_searches_early(precise_renderer, criterion: str) -> 
 
 
 def test_the_criteria_share_all_kernels() -> None:
-    """The two programs differ only in the file of the criterion."""
+    """The programs of both criteria differ only in the file of the criterion."""
     part, = ROW.parts
     used = {part.file({"criterion": word}) for word in CRITERIA}
     assert used == {f"methods/tree_unit/{word}.glsl" for word in CRITERIA}

@@ -43,7 +43,7 @@ def direct(seen: Visible, light: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("way", ["searched", "traced"])
 def test_glass_of_air_casts_light_as_if_it_were_not_there(way: str, seed: int) -> None:
     """Light through glass of index 1 equals direct light. This checks the units, the areas, and
-    the two images that a camera at the light draws: of the refractor and of the receivers."""
+    the images of the two cameras at the light."""
     light = np.array([0.0, 5.0, 0.0]) + np.random.default_rng(seed).uniform(-1, 1, 3)
     with rt.Tracer(scene_of(SPHERE, glass(1.0))) as tracer:
         caustics = Caustics(tracer, light, photons=128, resolution=96, iterations=6)

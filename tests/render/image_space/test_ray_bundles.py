@@ -1,8 +1,8 @@
 """The light of ray bundles is compared with the known light in a furnace (a closed box that emits
 everywhere), with form factors and with traced rays.
 
-A ray bundle consists of parallel rays. Its hits are the layers that depth peeling finds in a
-projection.
+A ray bundle consists of parallel rays. Depth peeling of a parallel projection finds all hits of
+the rays: layer k holds each ray's k-th hit.
 """
 from __future__ import annotations
 
@@ -56,10 +56,11 @@ def test_a_furnace(albedo: float, bounces: int) -> None:
     scene = scene_of(boxes((-1, -1, -1), (1, 1, 1)), white, camera=INSIDE)
     with rt.Tracer(scene) as tracer:
         bundles = RayBundles(tracer, 0.25, 48, "bundles")
-        inside = bundles.solve(24, bounces)[:, 1]   # side 1: a box's normals look outwards
-        expected = (1 - albedo ** (bounces + 2)) / (1 - albedo)    # emitted, direct, bounced
+        inside = bundles.solve(24, bounces)[:, 1]   # side 1 faces inwards
+        # The sum of albedo^k: emission is k = 0, direct light is k = 1, and bounces follow.
+        expected = (1 - albedo ** (bounces + 2)) / (1 - albedo)
         off = np.abs(inside / (expected * np.array([1, 2, 4])) - 1).max(axis=1)
-        assert np.median(off) < 1e-4 and off.max() < 0.02    # pixels at seams are less exact
+        assert np.median(off) < 1e-4 and off.max() < 0.02    # edges of patches are less exact
         assert abs(bundles.weights.mean() / np.pi - 1) < 0.01
         assert bundles.layers == 2
         shown = bundles.draw(size=(24, 20), directions=40)
@@ -81,7 +82,7 @@ def test_a_ball_under_a_white_sky() -> None:
         met = bundles.weights[:, 0] > 0
         assert met.mean() > 0.98
         off = np.abs(out[met] / (2 * np.array([0.6, 0.5, 0.4])) - 1).max(axis=1)
-        assert np.median(off) < 1e-5 and (off < 0.02).mean() > 0.9    # outlines are less exact
+        assert np.median(off) < 1e-5 and (off < 0.02).mean() > 0.9    # outlines have errors
         seen = Visible.of(tracer, None, (24, 24))
         hit = seen.hits.hit.reshape(24, 24)
         light = bundles.gather(seen.places, seen.normals, 48)

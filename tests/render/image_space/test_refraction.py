@@ -21,12 +21,12 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
 
 def errors(scene: rt.Scene, camera: Camera, smooth: bool, ior: float = 1.5
            ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return errors, and each pixel's kind, once by image-space refraction and once by the
-    reference.
+    """Return the errors of image-space refraction, its kind of each pixel, and the kind of each
+    pixel in the float64 reference.
 
-    The errors, (k,), are angles in degrees. The errors belong to the pixels in which both
-    image-space refraction and the float64 reference refract a ray twice. The kinds, (n,) each, are
-    constants of `render.image_space.refraction`, such as LEFT.
+    The errors, (k,), are angles in degrees between the two directions. They belong to the pixels
+    in which both methods refract a ray twice. The kinds, (n,) each, are constants of
+    `render.image_space.refraction`, such as LEFT.
     """
     with rt.Tracer(scene) as tracer:
         refraction = Refraction(tracer, ior, smooth)
@@ -74,7 +74,7 @@ def test_light_that_a_border_keeps_out(precise_renderer) -> None:
 def test_a_ball(precise_renderer, ior: float) -> None:
     scene = scene_of(ball(5000))
     off, kind, right = errors(scene, Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0), fov=35), True, ior)
-    assert ((kind > 0) == (right > 0)).mean() > 0.995       # the silhouette
+    assert ((kind > 0) == (right > 0)).mean() > 0.995       # the silhouettes agree
     # Near the silhouette, the estimated thickness is too small and the normal at the estimated
     # exit is too steep. Image-space refraction therefore finds fewer exits than the reference.
     assert (kind == LEFT).sum() > 0.75 * (right > 0).sum()

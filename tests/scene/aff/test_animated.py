@@ -14,8 +14,8 @@ from gpgpu_rt.workers.digest import digest
 
 VIEW = "v from 0 0 9 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 64 64\nb 0 0 0.5\nl 0 0 9\n"
 MOVE = "transl 4  0 0 0 0 0 0 0  0 0 0 0 0 0 0  10 2 0 0 0 0 0  10 2 0 0 0 0 0\n"
-# A square that does not move, and a roof of two sides that moves. The roof has four vertices. The
-# two vertices of its ridge have one normal for each side.
+# A square that does not move, and a roof of two sides that moves. The roof has four vertices. Each
+# side has its own normal, even at the two vertices of the ridge, which both sides share.
 PARTS = """p 4 -9 -9 -1  9 -9 -1  9 9 -1  -9 9 -1
 x roof { fm 1 1 1 0.9 0 0 0 0 0 0 0 0
 m vertices 4 -1 0 0  0 -1 1  0 1 1  1 0 0  normals 2 -1 0 1  1 0 1

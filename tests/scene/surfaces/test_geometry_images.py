@@ -171,8 +171,9 @@ def test_the_distance_to_the_surface_is_measured(capsys, tmp_path, size: int, cu
     corners = mesh.vertices[:, None] - texels[None]
     extent = np.ptp(mesh.vertices, axis=0).max()
     nearest = np.sqrt((corners ** 2).sum(axis=2).min(axis=1)).max() / extent
-    # A vertex's nearest texel is at most about one edge farther away than the vertex's nearest
-    # triangle. `edge` is the longest edge between two rows of texels.
+    # Texels are the corners of the image's triangles. So the texel nearest to a vertex is farther
+    # away than the nearest triangle by at most about a triangle's edge. `edge` is the longest edge
+    # between two rows of texels.
     edge = np.linalg.norm(np.diff(texels.reshape(size + 1, size + 1, 3), axis=0), axis=2).max()
     assert nearest - edge / extent <= share < 2 * nearest + 0.02
 

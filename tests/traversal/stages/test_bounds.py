@@ -25,7 +25,7 @@ def aimed_scene(camera: Camera, size: tuple[int, int], count: int, kind: str,
 
     The corners are a few pixels apart for `near`, and many pixels apart for `far`. For
     `tiny` and `slivers`, all corners are near one ray. For `behind`, some or all corners may be
-    behind the eye. For `beside`, the corners are close to the eye, before it or behind it. For
+    behind the eye. For `beside`, the corners are close to the eye, in front or behind. For
     `edge-on`, the eye lies in the triangle's plane.
     """
     rng = np.random.default_rng(seed)

@@ -50,7 +50,7 @@ def aimed_tiles(scene: rt.Scene, method: str, across: int, down: int, seed: int
     start = rng.normal(size=(tiles, 1, 3)) * 10 ** rng.uniform(-1, 1.5, (tiles, 1, 1)) + 0.5
     ball = 10 ** rng.uniform(-7, -1, (tiles, 1, 1)) * (rng.random((tiles, 1, 1)) < 0.7)
     origins = start + ball * rng.normal(size=(tiles, rays, 3))
-    flat = rng.random((tiles, 1, 3)) < 0.15          # components of -0
+    flat = rng.random((tiles, 1, 3)) < 0.15          # these components become -0
     directions = np.where(flat, np.float32(-0.0), aims - origins)
     origins = np.where(flat, aims, origins)
     return tuple(values.reshape(down, across, side, side, 3).transpose(0, 2, 1, 3, 4)
@@ -62,8 +62,8 @@ def check(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray, method: 
           ends: dict | None = None, tile: int = 16, **options: object) -> dict[str, float]:
     """Check that the hits equal the hits of the same method without entry points.
 
-    Return the mean nodes per ray without and with entry points, the share of hits, and the
-    driver's counters.
+    Return the mean numbers of visited nodes per ray without and with entry points, the share of
+    hits, and the driver's counters.
     """
     ends = {"invalid": "miss", **(ends or {})}
     with rt.Tracer(scene, method, statistics=True, **options) as tracer:
@@ -154,8 +154,8 @@ def test_few_rays_that_begin_nearer(precise_renderer, method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_rays_that_go_both_ways(precise_renderer, method: str) -> None:
-    """For each axis in turn, the rays of a tile go both ways along the axis. No component of a
-    direction is small, so no beam bounds the rays along the axis."""
+    """For each axis in turn, the rays of a tile go both ways along the axis. A beam cannot
+    bound such rays along the axis. A component of a direction is 0, or its size is at least 1."""
     scene = soup_scene(200, 8, size=0.05)
     origins, directions = aimed_tiles(scene, method, 12, 12, 8)
     origins = (0.5 * origins + 0.25).astype(np.float32)

@@ -31,8 +31,8 @@ def slivers(count: int, seed: int) -> np.ndarray:
 
 
 def fans(count: int, seed: int) -> np.ndarray:
-    """Return pyramids without a base, which have many silhouettes. Some pyramids are smaller than
-    a pixel, and others are much larger."""
+    """Return pyramids without a base, which have many silhouette edges. Some pyramids are smaller
+    than a pixel, and others are much larger."""
     random = np.random.default_rng(seed)
     centre = random.uniform(-0.5, 0.5, (count, 1, 3))
     rim = centre + 10.0 ** random.uniform(-3.5, -0.5, (count, 1, 1)) * random.normal(
@@ -164,8 +164,8 @@ def test_a_far_eye_is_traced(precise_renderer) -> None:
 
 
 def test_parts_are_cut(precise_renderer, monkeypatch) -> None:
-    """With the limit MOST_PIXELS = 1, a triangle larger than a pixel is compared with the image
-    part by part. No side of the image is a multiple of a part's side."""
+    """With the limit MOST_PIXELS = 1, the search for pixels that a triangle hits first is split
+    into parts of the image. No side of the image is a multiple of a part's side."""
     monkeypatch.setattr(module, "MOST_PIXELS", 1)
     scene = scene_of(fans(40, 9))
     with rt.Tracer(scene, "brute-force") as tracer:
