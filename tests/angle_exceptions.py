@@ -13,9 +13,9 @@ COARSE_VERTICES = ("SwiftShader moves vertices to a grid of 1/16 pixel (GL_SUBPI
 # `test_infinity_in_a_half_float_target` in tests/gl/test_angle.py tests for SwiftShader's fault.
 NO_HALVES = ("SwiftShader draws infinity into a half float target as NaN, so streams are in float "
              "textures")
-TWO_PASSES = ("ANGLE leaves 7 render targets, and a packet of 4x2 has 8 rays, so a second pass "
-              "computes t, u and v; this test counts passes")
-DESKTOP_TEXT = "`gpgpu-rt program` prints the text for desktop OpenGL"
+TWO_PASSES = ("on ANGLE a pass has 7 render targets, but the hits of a packet of 4x2 need 8, so a "
+              "second pass computes t, u and v; this test counts passes")
+DESKTOP_TEXT = "this test needs the text for desktop OpenGL, which `gpgpu-rt program` prints"
 DESKTOP_ERA = ("kernels in the era form use conversions from int to float that only desktop "
                "OpenGL has; test_angle.py tests the message")
 # Words -> reason. A test is skipped if its name contains all these words.

@@ -5,8 +5,8 @@
 FOLDER is the result of tools/period_compilers.sh. CARD is r300, r420, r580, nv40 or g80.
 The drivers of R300 to R580 print counts of the program's instructions, fetches and registers; with
 --listing they also print the program. NV40's driver prints the program. G80's driver prints counts
-of instructions and registers. Some of these drivers crash when the process exits normally, so each
-program is compiled in a separate process.
+of instructions and registers. Some of these drivers crash during a normal exit. So each program is
+compiled in a child process, which ends without a normal exit.
 """
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Driver:
         egl.eglBindAPI(OPENGL)
         context = egl.eglCreateContext(display, None, None, None)
         if not context or not egl.eglMakeCurrent(display, None, None, context):
-            sys.exit("no context: is FOLDER what tools/period_compilers.sh made?")
+            sys.exit("no OpenGL context: run tools/period_compilers.sh FOLDER again")
         self._report = ctypes.CFUNCTYPE(None, c_uint, c_uint, c_uint, c_uint, c_int, c_char_p,
                                         c_void_p)(self._say)
         for flag in (0x92E0, 0x8242):     # GL_DEBUG_OUTPUT and ..._SYNCHRONOUS

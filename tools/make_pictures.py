@@ -49,8 +49,8 @@ def small(source: Path, target: Path, box: Box | None = None) -> None:
 def film(folder: Path, target: Path) -> None:
     """Writes the passes of a traversal as a film.
 
-    The numbers of the shown passes form a geometric series, because half of the rays end in the
-    first passes.
+    Half of the rays end in the first passes. So the film shows most of the first passes, and ever
+    fewer of the later passes: the numbers of the shown passes form a geometric series.
     """
     run(folder, *FILM, "--every", "2", "-o", "passes")
     pictures = sorted(folder.glob("passes/pass_*.png"))

@@ -34,7 +34,7 @@ def build(output: Path) -> int:
     from docsite.staging import stage
     from sphinx.cmd.build import build_main
     if output.exists() and any(output.iterdir()) and not (output / "searchindex.js").exists():
-        print(f"make_site.py: {output} has other files than a site; name another folder",
+        print(f"make_site.py: {output} has files, but no site; name another folder",
               file=sys.stderr)
         return 1
     with tempfile.TemporaryDirectory(prefix="gpgpu_rt_site") as folder:

@@ -72,7 +72,8 @@ def _operations(said: str) -> dict[str, Any]:
     """Return a program's counts from its listing in TGSI.
 
     ``arithmetic`` counts the instructions that NV40's driver emits, without fetches. The driver
-    joins no operations, although NV40 can. ``levels`` is the longest chain of dependent fetches.
+    never pairs operations in one instruction, although NV40 can execute pairs. ``levels`` is the
+    longest chain of dependent fetches.
     """
     listing = said[said.index("FRAG"):].split("\n\n")[0].strip("\n")
     operations = [match for match in _TGSI.finditer(listing) if match["op"] != "END"]

@@ -80,8 +80,8 @@ def main() -> None:
         grown = [later / before for before, later in zip(times, times[1:])]
         most = [ALLOWED * math.log2(later) / math.log2(before)
                 for before, later in zip(COUNTS, COUNTS[1:])]
-        print(f"{kind} rays, {words}: " + ", then ".join(
-            f"{grew:.2f} times, {'within' if grew <= may else 'beyond'} {may:.2f}"
+        print(f"{kind} rays, {words}: the time grows " + ", then ".join(
+            f"{grew:.2f} times, {'within' if grew <= may else 'beyond'} the limit of {may:.2f}"
             for grew, may in zip(grown, most)))
 
 

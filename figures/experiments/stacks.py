@@ -25,7 +25,7 @@ SCENE, CARD = "kitchen", "G80"
 WARP, CLOCKS = 32, 4      # rays in a warp; clocks per instruction of a warp
 MEMORIES = range(512, 128 * 1024 + 1, 512)    # on-chip bytes of a multiprocessor
 CHANNEL = 4               # bytes
-INVERSE = 3 * CHANNEL     # bytes of a direction's inverse, which a loop computes once
+INVERSE = 3 * CHANNEL     # bytes of 1 / direction, which a program keeps during its loop
 # The survey's numbers: stack bytes a ray, and rays that could run at once.
 SURVEYS = int(published("text", "", "bvh stack", quantity="local stack per ray") or 0)
 AT_ONCE = int(published("text", "", "", quantity="processes in parallel") or 0)
@@ -37,10 +37,10 @@ def _bytes(fields: Iterable[Field], names: Iterable[str] | None = None) -> int:
     return sum(widths.values() if names is None else map(widths.__getitem__, names))
 
 
-# A BVH's stack stores only nodes; a kd-tree's stack also stores where the interval ends.
+# A BVH's stack stores only nodes; a kd-tree's stack also stores t_max.
 NODE, KD_ENTRY = _bytes(STACK_ENTRY.fields, ["node"]), _bytes(STACK_ENTRY.fields)
-# The fields of a packet's state that the packet needs within a pass. `state_bytes` counts no other
-# fields of this state.
+# The fields of a packet's state that `state_bytes` counts. The other fields keep data between
+# passes, and a program with a loop has a single pass.
 LOCAL = ("node", "cursor", "stacked")
 # Label -> method, options, bytes of a stack entry, and number of entries (None: as many as the
 # tree requires).
@@ -52,8 +52,8 @@ METHODS: dict[str, tuple[str, tuple[tuple[str, Any], ...], int, int | None]] = {
     "kd-stack": ("kd-stack", (), KD_ENTRY, None),
     "bvh-threaded octants": ("bvh-threaded", (("octants", True),), 0, 0),
     "bvh-stack": ("bvh-stack", (), NODE, None)}
-# Label -> the method to compile and trace, if not the label's own. kd-texture-stack walks as
-# kd-stack does, but with a stack in textures.
+# Label -> the method that is compiled and traced instead of the method in METHODS.
+# kd-texture-stack visits the same nodes as kd-stack, but its stack lies in textures.
 KERNELS = {"kd-stack": "kd-texture-stack"}
 # Label -> the method whose states show how deep the stack is.
 DEPTHS = {"kd-stack": "kd-texture-stack", "bvh-stack": "bvh-stack"}
@@ -276,7 +276,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     axis.spines[["top", "right"]].set_visible(False)
     figure.tight_layout(rect=(0, 0.07, 1, 1))
     save_chart(figure, out / "stacks.png", note, "Lines show the rate at which the card could "
-               "trace rays with each method, by the memory for stacks of a multiprocessor")
+               "trace rays with each method, against the memory for stacks per multiprocessor")
 
 
 def _holds(claim: bool) -> str:
@@ -307,9 +307,10 @@ def _paragraph(found: list[list[Any]]) -> str:
             row = by[label]
             parts.append(
                 f"{label} keeps a stack of {row[2]} bytes a ray, as deep as the tree requires "
-                f"(rays filled {row[3]} entries at most). {row[7]} rays fit" + (
-                    "." if row[6] is None else f", while {number(row[6])} would be needed to hide "
-                    f"fetches, and {number(100 * row[8])} % of the peak rate remains."))
+                f"(rays filled {row[3]} entries at most). {row[7]} rays fit on a "
+                "multiprocessor" + (
+                    "." if row[6] is None else f", but {number(row[6])} are needed to hide the "
+                    f"latency of fetches. The rate is {number(100 * row[8])} % of the peak."))
     if {"kd-restart", "kd-stack"} <= by.keys():
         restart, stack = by["kd-restart"], by["kd-stack"]
         best = max((row for row in found if row[9] is not None), key=lambda row: row[9])

@@ -149,13 +149,13 @@ def _chart(rows: list[dict[str, Any]], fronts: dict[str, list[dict[str, Any]]], 
                for word, (colour, marker) in LOOKS.items()]
     handles += [plt.Line2D([], [], marker="o", linestyle="", color="#555555", fillstyle="none",
                            label="none wrong: 95 % bound"),
-                plt.Line2D([], [], color="#bbbbbb", label="no setting beats these in both")]
+                plt.Line2D([], [], color="#bbbbbb", label="no setting is faster and more exact")]
     figure.legend(handles=handles, frameon=False, fontsize=9, ncols=5, loc="upper left")
     figure.tight_layout(rect=(0, 0.03, 1, 0.96))
     for axis, points in named:
         direct_labels(axis, points, size=6.5, avoid=[point[:2] for point in points])
-    save_chart(figure, path, footnote, "Each mark is a setting: its wrong rays, and its error of "
-               "t, against its rate. The name of the method stands beside a mark")
+    save_chart(figure, path, footnote, "Marks show the wrong rays and the error of t of each "
+               "setting, against its rate. The name of the method stands beside a mark")
 
 
 def _plot(axis: Any, rows: list[dict[str, Any]], key: str, unit: float,
@@ -202,8 +202,9 @@ def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],
              "edge-aimed rays are traced in equal shares, and compared with the float64 "
              f"reference. RMSE and FLIP compare a picture of {picture} pixels a side (fewer for "
              "slow methods) with the reference's picture. The error of t is relative, and MB is "
-             "the size of all textures. In the chart, a hollow mark is a share of zero, at its "
-             "upper 95 % confidence bound. Rays that a step cap stopped count as unfinished."
+             "the size of all textures. In the chart, a hollow mark is a setting without a "
+             "wrong ray, at the upper 95 % confidence bound of its wrong share. Rays that a step "
+             "cap stopped count as unfinished."
              + ("" if full else " FULL=1 also measures fp24 and the options of every method. For "
                 + ", ".join(SLOW) + " and packets it also measures low precision; this takes "
                 "minutes."),

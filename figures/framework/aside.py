@@ -42,7 +42,7 @@ class Aside:
                  measured: Callable[[Cell], Result]) -> None:
         self._waiting = deque(cells)
         self._workers, self._measured = workers, measured
-        # Results as they arrive. A worker that stops adds the exception that stopped it, or None
+        # Results as they arrive. A thread that ends adds the exception that ended it, or None
         # if no cell was left.
         self._found: queue.SimpleQueue[tuple[Cell, Result] | BaseException | None]
         self._found = queue.SimpleQueue()

@@ -63,7 +63,7 @@ FIGURES = {
 
 
 def figure_of(name: str) -> Any:
-    """Return FIGURE of the figure's module, a `Comparison`. Without FIGURE, return the module.
+    """Return the `Comparison` FIGURE of a figure's module, or the module if it has no FIGURE.
 
     The result has ``cells(full)`` and ``draw(data, out, full)``. ``draw`` writes out/NAME.csv, .md
     and .png.

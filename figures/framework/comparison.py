@@ -36,7 +36,8 @@ TAU_B = ("tau-b says how well an order of the methods agrees with the published 
 HOW_PREDICTED = (
     "No constant is fitted. If the mesh of a scene is missing, no time is predicted. If the rays "
     "of a packet are the lanes of a warp, a lane is assumed to run the kernels of a single ray. "
-    "If a fragment traces a packet of 2x2, each vector is assumed to hold one number per ray.")
+    "A fragment that traces a packet of 2x2 rays is assumed to compute with vectors of four "
+    "components, one component per ray.")
 
 
 @dataclass(frozen=True)

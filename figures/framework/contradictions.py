@@ -16,8 +16,8 @@ CONTRADICTIONS = (
     Contradiction(("fig13",), "For primary rays on cornell, Figure 13 prints 38.3 "
                   "Mrays/s for kd-restart with single rays, but only 17.5 for kd-restart with "
                   "packets. For shadow rays the two rates are nearly equal (34.8 and 35.3), and "
-                  "packets with push-down reach 88.8 on the primary rays. Either packets are slow "
-                  "there for a reason that push-down removes, or 17.5 is a misprint."),
+                  "packets with push-down reach 88.8 on the primary rays. Either packets without "
+                  "push-down are slow on these rays, or 17.5 is a misprint."),
     Contradiction(("fig12", "fig13", "fig20"), "Figures 12, 13 and 20 list the scenes in "
                   "different orders. Figure 20's caption says that its scenes are Foley's, but "
                   "Cows is not in Figure 12, which has Foley's scenes."),
@@ -68,10 +68,10 @@ CONTRADICTIONS = (
                   "faster."),
     Contradiction(("fig13", "fig16", "fig22", "cpu"), "The survey gives three triangle counts for "
                   "the conference room: 282,801, 282,641 and 274 thousand."),
-    Contradiction(("fig10",), "The pseudocode of Figure 10 descends into the first child if t_hit "
-                  "< 0, though the pseudocode orders children by the direction's sign. If t_hit "
-                  "< 0, the plane lies behind the ray's origin, and only the second child lies "
-                  "ahead of the ray. The pseudocode enters the wrong child."),
+    Contradiction(("fig10",), "The pseudocode of Figure 10 orders the children by the direction's "
+                  "sign. If t_hit < 0, the plane lies behind the ray's origin, so only the second "
+                  "child lies ahead of the ray. But the pseudocode then descends into the first "
+                  "child."),
 )
 
 

@@ -32,10 +32,11 @@ RULES = (
     "counts if the published numbers of its two methods, for the same scene and kind of rays, "
     "differ by more than 5 %. A claim that compares no methods needs only the scenes. A claim "
     "about a method itself, which depends on no scene, needs neither scenes nor pairs. "
-    "Figure 7 compares the times of two methods. Its claim is judged only if the two times "
-    "differ by more than the runs of one method do",
+    "Figure 7 compares the times of two methods. Its claim is judged only if the difference "
+    "between the two times is larger than the difference between the slowest and the fastest run "
+    "of each method",
     f"**{verdicts.REDRAWN}**: a diagram or a picture, made from this program's own passes and "
-    "tables; the survey prints nothing in it that could be scored",
+    "tables; the survey's figure has no numbers that could be scored",
     f"**{verdicts.UNMEASURED}**: the measurements that would decide the verdict are missing",
     "If a figure's paper measured on a card, the first verdict compares the published times with "
     "the times that are predicted for that card. A second verdict, by the same rules, compares "

@@ -67,7 +67,11 @@ def _results(todo: list[Cell], workers: Workers | None,
 
 def _beside(aside: Aside, timed: list[Cell],
             progress: tqdm) -> Iterator[tuple[Cell, Result]]:
-    """Yield the results of the timed cells, measured here, and of the cells of ``aside``."""
+    """Yield the results of ``timed`` and of ``aside``.
+
+    This process measures the timed cells: first on a software renderer, and otherwise last. It
+    also measures cells of ``aside``.
+    """
     others = iter(aside.take, None)
     order = (timed, others) if is_software(open_gpu().renderer) else (others, timed)
     for cells in order:

@@ -53,7 +53,8 @@ class PaperCard:
 
     @property
     def forms(self) -> tuple[str, ...]:
-        """The forms of the card's programs; verdicts use the first form."""
+        """How the card's programs can arrange kernels (program_forms.py); verdicts use the first
+        form."""
         return FORMS[self.chip]
 
     def forms_of(self, method: str) -> tuple[str, ...]:
@@ -154,8 +155,8 @@ class PredictedRow:
 
     @property
     def allowed(self) -> float:
-        """The number of instructions that a run of a kernel can issue in its equal share of the
-        published time."""
+        """The number of instructions that the card can issue in the published time, per run of a
+        kernel."""
         seconds = 1e-9 * self.published / max(self.runs, 1e-9)
         return float(seconds * self.paper_card.card.issue_rate)
 

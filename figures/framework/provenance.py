@@ -85,5 +85,5 @@ def summary(held: dict[str, Any]) -> str:
     words = [", ".join(sorted({str(cell[key]) for cell in cells}))
              for key in ("renderer", "commit", "date")]
     count = (counted(len(held["cells"]), "measurement") if held["cells"]
-             else "drawn from passes as they ran")
+             else "drawn from observed passes")
     return f"{count}; {words[0]}; commit {words[1]}; {words[2]}"

@@ -23,7 +23,8 @@ def published_row(figure: str, scene: str, method: str, options: str = "",
     ----------
     rays : the kind of rays, such as "primary"; needed if the figure has several kinds
     quantity : what is counted, such as "leaves"; needed if the figure has several quantities
-    hardware : the survey's name of the hardware; needed if the figure has several names
+    hardware : the hardware, as the survey names it; needed if a figure has numbers for several
+        cards or CPUs
     """
     asked = {"figure": figure, "scene": scene, "method": method, "options": options,
              "rays": rays, "quantity": quantity, "hardware": hardware}

@@ -24,7 +24,7 @@ PICTURE = "picture"   # the work of a whole picture: eye rays, shading and shado
 def measure(cell: Cell) -> dict[str, Any]:
     """Return the times of runs without counters, and the counters of one more run.
 
-    For PICTURE, the last run traces only the eye rays.
+    For PICTURE, the counted run traces only the eye rays.
     """
     if cell.method == ON_CPU:
         return _embree(cell)

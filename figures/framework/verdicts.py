@@ -285,4 +285,4 @@ def _counts(verdict: Verdict, scene: str) -> str:
 
 
 DIAGRAM = Verdict(REDRAWN, "a diagram or a picture, drawn from this program's passes and tables; "
-                  "the survey prints no numbers in it.")
+                  "the survey's figure has no numbers.")

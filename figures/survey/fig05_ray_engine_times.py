@@ -31,8 +31,8 @@ PARTS = (("traversal_seconds", "walking and queueing (host)", COLOURS[0]),
 # as PCI at 66 MHz.
 AGP_UP, AGP_DOWN = 1066e6, 266e6
 HEADS = ("scene", "setting", "rays/s", "rays/s, infinitely fast passes", "rays/s, transfers alone",
-         "rays/s, bytes on an AGP 4x bus alone", "bytes up a ray", "bytes down a ray",
-         "bytes a ray that sending triangles would add", "pairs a ray", "pairs a quad",
+         "rays/s, AGP 4x bus alone", "bytes up a ray", "bytes down a ray",
+         "extra bytes a ray if quads carried corners", "pairs a ray", "pairs a quad",
          "million pairs/s of the passes")
 
 
@@ -158,7 +158,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "## Errors of 24 bits of depth\n",
         "With `nearest by depth` a depth buffer of 24 bits keeps each ray's nearest hit, and hits "
         f"at nearly equal distances may be confused. In this test {sheets.COUNT} sheets lie one "
-        "above another, with a floor far below them, where the range of depth ends. Rays hit the "
+        "above another. The range of depth ends at a floor far below the sheets. Rays hit the "
         "sheets from above. For each gap between sheets, the table shows the share of rays for "
         "which another sheet than the topmost is found. All lengths are divided by the height of "
         "the highest ray's origin over the floor.\n",
@@ -171,8 +171,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     _draw_bars(right, bars)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
     save_chart(figure, out / "fig05.png", f"Renderer: {renderer}.",
-               "A picture traced by the Ray Engine, and bars that divide its microseconds for "
-               "a ray among host, transfers and passes")
+               "A picture traced by the Ray Engine. Bars divide the microseconds per ray among "
+               "host, transfers and passes")
 
 
 def picture(full: bool) -> np.ndarray:

@@ -28,10 +28,11 @@ def cells(full: bool) -> list[Cell]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """Judge the thesis's claim that proximity clouds are faster than the plain grid.
+    """Judge the claim of the thesis's abstract that proximity clouds beat the plain grid.
 
-    The claim (in the abstract) is not decided if the two methods differ by no more than the runs
-    of one method do. The thesis's CPU renderer is not available.
+    The claim is not decided if the two methods' times differ by no more than the slowest and the
+    fastest run of one method. The thesis also compares its times with a renderer on the CPU. This
+    comparison is not judged, because that renderer is not available.
     """
     clouds, plain = (read(cell(method, full), data) for method in (METHOD, PLAIN))
     if clouds is None or plain is None:

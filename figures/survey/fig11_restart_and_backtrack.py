@@ -72,8 +72,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
                   planes=False)
         axis.set_title(f"{found.method}: {counts[found.method]} visits", fontsize=10)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
-    save_chart(figure, out / "fig11.png", "Red numbers at a node: when the walk visits the node "
-               "(1 is the first visit of the walk), whether it descends or climbs. Numbers along "
+    save_chart(figure, out / "fig11.png", "Red numbers at a node: the positions of the node's "
+               "visits in the walk, from 1. Descents and climbs both count. Numbers along "
                f"the ray: the values of t at which kd-restart starts again at the root. {why}",
                "A scene with a ray, and two trees with the order in which kd-restart and "
                "kd-backtrack visit the nodes")

@@ -28,8 +28,8 @@ def _remarks(results: Results) -> list[str]:
                                                                              "restart")]
         nodes, time = (_over(backtrack, restart, key) for key in ("nodes_visited", "ns_per_ray"))
         lines.append(f"{panel.scene}: kd-backtrack visits {number(nodes)} times as many nodes as "
-                     f"kd-restart, if the climb is counted, and takes {number(time)} times "
-                     "kd-restart's time; in the paper kd-backtrack takes "
+                     f"kd-restart (with the nodes of climbs), and takes {number(time)} times "
+                     "kd-restart's time. In the paper, kd-backtrack takes "
                      f"{number(theirs[0] / theirs[1])} times kd-restart's time.")
     return lines
 

@@ -89,5 +89,5 @@ FIGURE = Comparison(
      "17.5 may be a misprint, so the rank correlation tau-b may mislead for cornell's eye rays."),
     _remarks,
     # The paper does not say whether its loop is while-while or runs one step per iteration, so
-    # both are predicted. The form `passes` is a program without a loop: one kernel per pass.
+    # both are predicted. For kd-restart, a program without a loop (`passes`) is predicted too.
     paper_card=PaperCard("R580", 1024))

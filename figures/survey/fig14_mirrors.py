@@ -33,7 +33,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def judge(data: Path, full: bool) -> verdicts.Verdict:
-    """Return the verdict on packets from the scenes where mirrors scatter a packet's rays.
+    """Return the verdict on packets, judged on scenes whose mirrors scatter a packet's rays.
 
     One claim is that packets gain less at the last bounce than at the first. The other claim is
     that packets become slower than single rays. A scene whose packets stay together cannot test
@@ -147,7 +147,7 @@ def verdict(scene: str, triangles: int, rows: list[list[float]]) -> str:
     if parted(rows) < PARTED:
         return exception(scene, triangles, rows)
     behind = [row[0] for row in rows if row[4] < 1]
-    says = "The claim holds in tendency" if last[4] < first[4] else "The claim does not hold"
+    says = "The claim holds in part" if last[4] < first[4] else "The claim does not hold"
     if behind and last[4] < first[4]:
         says = "The claim holds"
     return (f"{says} on {scene}: packets have {number(first[4])} times the rate of single rays "

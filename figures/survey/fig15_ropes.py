@@ -77,7 +77,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         one.plot(*at, "s", color=RAY, markersize=6, zorder=8)
         label(one, at + (0.0, -0.035), f"to {small.name(rope.node)}", color=RAY, fontsize=9,
               zorder=9)
-    one.set_title(f"a ray along {len(taken)} of them, {len(found.visited)} nodes visited",
+    one.set_title(f"a ray along {len(taken)} ropes, {len(found.visited)} nodes visited",
                   fontsize=10)
     figure.tight_layout(rect=(0, 0.05, 1, 1))
     save_chart(figure, out / "fig15.png", "Arrows: from a leaf's face to the node that its rope "

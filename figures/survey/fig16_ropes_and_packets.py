@@ -34,8 +34,8 @@ def _remarks(results: Results) -> list[str]:
         theirs = _rate(panel, PACKET) / _rate(panel, SINGLE)
         fetched = [r["counters"]["nodes_visited"] for r in (single, packet)]
         lines.append(f"{panel.label}: packets have {number(ours)} times the rate of single rays, "
-                     f"{number(theirs)} times in the paper. Single rays fetch "
-                     f"{number(fetched[0])} nodes per eye ray, packets {number(fetched[1])}.")
+                     f"{number(theirs)} times in the paper. Per eye ray, single rays "
+                     f"fetch {number(fetched[0])} nodes and packets {number(fetched[1])}.")
         cpu = results.get((panel, CPU))
         if cpu is not None:
             over = [cpu["ns_per_ray"] / r["ns_per_ray"] for r in (single, packet)]

@@ -55,9 +55,9 @@ def judge(data: Path, full: bool) -> verdicts.Verdict:
         tree, leaves = result["tree"], _published(scene)[0]
         chosen = "chosen" if options else "the default"
         claims.append(verdicts.Claim(
-            f"{scene}'s tree is {number(tree['overhead'])} times as large with ropes, within "
-            f"{SLACK:.0%} of {LOWEST:.2f} to {HIGHEST:.2f}, at depth {tree['depth']} ({chosen}), "
-            f"where it has {number(tree['leaves'] / leaves)} times the published leaves",
+            f"ropes make {scene}'s tree {number(tree['overhead'])} times as large, within "
+            f"{SLACK:.0%} of the published {LOWEST:.2f} to {HIGHEST:.2f} (depth {tree['depth']}, "
+            f"{chosen}; {number(tree['leaves'] / leaves)} times the published leaves)",
             _within(tree["overhead"]), (scene,), stand_in=bool(result["scene"]["stand_in"])))
     return verdicts.of_claims(claims)
 

@@ -66,7 +66,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     way = ", ".join(f"{visit.node} ({'met' if visit.entered else 'missed'})" for visit in seen)
     write_text(out / "fig19.md", "# Figure 19: a threaded hierarchy\n\nThe nodes lie in "
                "depth-first order. A ray that meets a box continues with the next node of the "
-               "array, so the hit link costs nothing. A ray that misses a box follows the miss "
+               "array, so the hit link needs no memory. A ray that misses a box follows the miss "
                "link past everything in the box. A leaf's two links lead to the same node. No "
                "stack is needed, and the order of the nodes is the same for every ray.\n\n"
                + markdown_table(HEADS, table)

@@ -53,13 +53,13 @@ FIGURE = Comparison(
     _cell,
     ("A picture here is eye rays, one point light and its shadow rays. The survey does not say "
      "what the thesis shaded. Counters are of the eye rays.",
-     "The prediction's loop runs one step of each ray per iteration. Code that follows the thesis "
-     "has this form for its BVH; for the other methods this form is an assumption. On the card "
-     "1024 pixels branch together, so a loop for each kernel would make all of them wait for the "
-     "slowest ray in each loop.",
+     "The prediction's loop runs one step of each ray per iteration. BVH code that follows the "
+     "thesis has this form; for the other methods the form is an assumption. On the card "
+     "1024 pixels branch together, so an inner loop for each kernel would make all 1024 wait "
+     "for the slowest ray.",
      "Our schedule is `loop`; grids have 50 cells an axis (2 for cornell), as in Figure 12.",
      "Our kd-trees are built by the surface area heuristic over clipped triangles, with a bonus "
-     "for cutting off empty space. A ray ends in the first leaf that has its hit. A threaded "
+     "for cutting off empty space. A ray ends in the first leaf that contains a hit. A threaded "
      "hierarchy has the same order for every direction, so a ray may meet far boxes before near "
      "ones. The survey does not say how the thesis built its kd-trees."),
     _remarks,

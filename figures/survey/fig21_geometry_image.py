@@ -18,7 +18,7 @@ from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
 
 SIZE, SHOWN = 64, (0, 2, 3, 4)     # SIZE: cells per side of the image; SHOWN: drawn levels
-HEADS = ("level", "nodes", "cells a node", "largest side of a box / of the scene's box, mean")
+HEADS = ("level", "nodes", "cells a node", "mean longest side of a box / of the scene's box")
 
 
 def cells(full: bool) -> list[Cell]:
@@ -130,7 +130,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         axis.set_title(title, fontsize=8)
     figure.tight_layout(rect=(0, 0.03, 1, 0.98), h_pad=2.0)
     save_chart(figure, out / "fig21.png", "The boxes are those that the passes wrote. Bottom row: "
-               "rays stop at quads of 2^level x 2^level cells, in the same pyramids.",
-               "Four rows of pictures: a mesh, spread over a square and as a geometry image; "
+               "rays through the same pyramids stop at quads of 2^level x 2^level cells.",
+               "Four rows of pictures: a mesh, its triangles in a square, and its geometry image; "
                "the pyramid of minima over the image; the pyramid of maxima; and the mesh traced "
                "at four levels of detail")

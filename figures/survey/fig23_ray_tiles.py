@@ -16,7 +16,7 @@ SCENE, SIDE, TILE = "boulder", 64, 8
 WORDS = {"tile_spans": "middle of a tile's rays", "tile_cones": "enclosing cone of the tile",
          "tile_ends": "how far the tile still searches",
          "tile_pairs": "cone test (vertices), then ray-triangle: MIN of t",
-         "tile_pairs, again": "the lowest triangle at the least t: MIN of index",
+         "tile_pairs, again": "lowest triangle index at the least t: MIN",
          "tile_hits": "u, v and state of each ray"}
 
 

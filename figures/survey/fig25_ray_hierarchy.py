@@ -63,8 +63,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         "of a triangle and a node writes the node's four children to four targets. A target "
         "stays empty if the child's bounds show that none of its rays can hit the triangle. "
         "Stream reduction compacts the other children, which are the pairs of the next level. "
-        "The last column divides their number by the number of all pairs of a triangle and a "
-        "node of the next level. The last level "
+        "The last column divides the number of these pairs by the number of all pairs of a "
+        "triangle and a node of the next level. The last level "
         f"is the rays: {int(hits.hit.sum())} of them hit something after "
         f"{int(hits.triangles_tested.sum())} tests.\n\n"
         + markdown_table(HEADS, rows())

@@ -46,7 +46,7 @@ NOTES = (
     "Engine counts only its passes and transfers, and leaves out the work of its host. The Ray "
     "Engine is therefore predicted too fast, and all "
     "other methods too slow relative to it.",
-    "Measured: the Ray Engine's host is numpy.",
+    "Measured: the host part of the Ray Engine runs in numpy, not in C as in the paper.",
     "Zhou's paper is about building kd-trees. Its row is therefore the kd-tree with a full stack, "
     "built by Zhou's method.")
 

@@ -33,7 +33,8 @@ NOTES = (
     "rebuilds fast enough for every frame; our build times are in the second table.",
     "Implementation: all methods are fragment programs here; none uses a streaming language.",
     "Packet tracing: Popov's method traces both single rays and packets, which are two methods "
-    "here. If the survey says N/A, the property is not compared.")
+    "here. If the survey says N/A, the property is not compared. As a structure, N/A counts as "
+    "none.")
 
 
 @dataclass(frozen=True)

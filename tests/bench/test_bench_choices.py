@@ -17,7 +17,7 @@ SIZE = 24
 
 
 def test_trimeshs_engine_gets_its_rays_in_blocks(monkeypatch) -> None:
-    """All rays are traced, in small blocks. In a room, one block of 1,024 rays took 20 GB."""
+    """All rays are traced, in small blocks. One block of 1,024 rays in a room needed 20 GB."""
     own = next(one for one in ENGINES if one.name == OWN)
     if own.missing:
         pytest.skip(own.missing)

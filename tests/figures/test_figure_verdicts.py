@@ -122,5 +122,5 @@ def test_figure_17_says_which_depth_was_chosen(tmp_path: Path) -> None:
     said = fig17.judge(tmp_path, False)
     assert (said.word, said.scenes, said.claims) == (
         verdicts.REPRODUCED, ("bunny", "conference"), 2)
-    assert "at depth 28 (the default), where it has 2.86 times the published leaves" in said.why
-    assert "at depth 34 (chosen), where it has 0.8 times the published leaves" in said.why
+    assert "(depth 28, the default; 2.86 times the published leaves)" in said.why
+    assert "(depth 34, chosen; 0.8 times the published leaves)" in said.why

@@ -13,7 +13,7 @@ from .markdown import code, plain, table
 MODULES = {
     "gpgpu_rt": "gpgpu_rt, usually imported as rt",
     "gpgpu_rt.reference": "gpgpu_rt.reference: exact answers",
-    "gpgpu_rt.trimesh_ray": "gpgpu_rt.trimesh_ray: instead of trimesh's ray engines",
+    "gpgpu_rt.trimesh_ray": "gpgpu_rt.trimesh_ray: a replacement for trimesh's ray engines",
     "gpgpu_rt.inspect.observe": "gpgpu_rt.inspect.observe: passes as they are drawn",
     "gpgpu_rt.inspect.time_travel": "gpgpu_rt.inspect.time_travel: the states after each pass",
     "gpgpu_rt.inspect.heat": "gpgpu_rt.inspect.heat: the cost of each ray",

@@ -48,7 +48,7 @@ def _indent(line: str) -> int:
 
 
 def _escaped(line: str) -> str:
-    """Returns a line in which only code is markup; `code` becomes ``code``."""
+    """Returns a line in which all markup except code is escaped; `code` becomes ``code``."""
     bullet = re.match(r" *[*-] ", line)
     if bullet:
         return bullet[0] + _escaped(line[bullet.end():])
