@@ -64,8 +64,9 @@ SCHEDULES: dict[str, dict[str, object]] = {
     "loop": {"schedule": "loop"},
     "step1": {"schedule": "step"},
     "step16": {"schedule": "step", "steps_per_pass": 16},
-    # Passes write states alternately into two buffers, and finished rays are masked. With an odd
-    # mask interval, a test fails if a ray is masked before both buffers hold its final state.
+    # Passes write states alternately into two buffers. It would be a fault to mask a ray before
+    # both buffers hold its final state. An even mask interval hides the fault, because every mask
+    # and the result then use the same buffer.
     "step1-mask3": {"schedule": "step", "mask_interval": 3},
     "kernels": {"schedule": "kernels"},
     "kernels-mask2": {"schedule": "kernels", "mask_interval": 2},
@@ -159,8 +160,9 @@ def variants(name: str) -> list[dict[str, object]]:
     one of the method's own options.
 
     Each choice of an option gives a setting, except the default and choices with which a search
-    may lose hits. An integer option gives the setting 6 if it is a program constant and 0 (off) by
-    default. If an option needs another option, the setting also contains the other option.
+    may lose hits. A boolean option gives the opposite of its default. An integer option gives 6 if
+    it is a program constant whose default is 0 (off). If an option needs another option, the
+    setting also contains the other option.
     """
     settings: list[dict[str, object]] = [{}]
     for option in find_method(name).options:
@@ -176,7 +178,7 @@ def variants(name: str) -> list[dict[str, object]]:
 
 
 def buildable(name: str, given: dict[str, object]) -> bool:
-    """Return whether the options' builder can run on the options' device."""
+    """Return whether the builder of these settings can run on their device (CPU or GPU)."""
     options = {**{option.name: option.default for option in find_method(name).options}, **given}
     builds = GPU_KD_BUILDS if name.startswith("kd-") else GPU_BUILDS
     return options.get("build_device") != "gpu" or options["build"] in builds

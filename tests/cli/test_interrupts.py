@@ -1,5 +1,5 @@
 """Ctrl-C in the first two seconds of a command ends the command silently, with status 130. There
-are two exceptions: the command has already ended, or Python itself is starting or ending."""
+are two exceptions: a command that has already ended, and Python while it starts or ends."""
 from __future__ import annotations
 
 import os
@@ -28,7 +28,7 @@ COMMANDS = {
     "figures": "-m gpgpu_rt.figures --only fig12 --data {folder}/data --out {folder}/out",
     "shared": "-m gpgpu_rt render cornell --scheduler local -o {folder}/picture.png"}
 
-# Text that Python prints with a traceback, or with an exception that it cannot pass on.
+# Text that Python prints with a traceback or with an ignored exception.
 NOISE = ("Traceback", "Exception ignored", "KeyboardInterrupt", 'File "')
 ROOT = Path(__file__).parents[2]
 OURS = tuple(f'File "{ROOT / name}/' for name in ("gpgpu_rt", "figures"))
@@ -137,8 +137,8 @@ def test_no_interrupt_is_lost(within: str, sleep: float, loading: str, tmp_path)
 
 
 def test_a_command_that_ignores_interrupts_goes_on(tmp_path) -> None:
-    """If a parent process makes a command ignore SIGINT, the command continues. For example, a
-    shell script starts a command with `&` in this way."""
+    """If a parent process makes a command ignore SIGINT, the command continues. A shell script
+    does so when it starts a command with `&`."""
     code = LOSING.format("signal.raise_signal(signal.SIGINT)", 0, "")
     done = subprocess.run([sys.executable, "-c", "import signal\n"
                            "signal.signal(signal.SIGINT, signal.SIG_IGN)\n" + code],

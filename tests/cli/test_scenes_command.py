@@ -31,8 +31,7 @@ def _file(scene: str, path: str, content: bytes) -> SourceFile:
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Path:
     """Return a user's folder. Its subfolder ``copy`` has small originals of two scenes: the bunny
-    in an archive, and the robots in three files. Two of the three files are equal, but all three
-    are kept."""
+    in an archive, and the robots in three files. Two of the three files are equal."""
     monkeypatch.setenv("GPGPU_RT_SCENES", "")
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     monkeypatch.chdir(tmp_path)
@@ -182,8 +181,8 @@ def test_options_belong_to_fetch(capsys) -> None:
 
 
 def test_every_scene_has_a_source_or_a_page() -> None:
-    """A scene with a stand-in can be fetched, or the text ``page`` of its row says what to do.
-    Scenes that are built around other scenes are exempt."""
+    """A scene with a stand-in can be fetched, or its catalogue row has a ``page``: a hint where
+    the user finds the mesh. Scenes that are built around other scenes are exempt."""
     assert set(source_files()) == set(ORIGINALS) <= set(catalogue.ROWS)
     derived = {"statue", "glass-teapot", "soft-shadows"}     # built around other scenes
     for row in catalogue.ROWS.values():

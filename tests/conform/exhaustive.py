@@ -1,10 +1,13 @@
 """Exhaustive search: finds nearest hits in integer arithmetic. If a ray's line meets a triangle's
 box, the search tests the triangle, unless float64 already proves a miss.
 
-Without ``tree``, this search shares no code with `gpgpu_rt.reference`, because it finds candidates
-with a slab test of its own. With ``tree``, it uses the reference's tree of boxes and is ten times
-as fast. In both cases, a ray's direction spans a volume with each edge of a triangle, and the
-signs of the three volumes decide whether the ray hits. The reference uses Cramer's rule.
+`nearest` has an argument ``tree``. If it is False, the search has a slab test of its own and
+shares no code with `gpgpu_rt.reference`. If it is True, the search finds candidates in the
+reference's tree of boxes and is ten times as fast.
+
+A ray's line meets a triangle if no two of three volumes have different signs. Each volume is
+spanned by the ray's direction and by two corners, relative to the origin. The reference uses
+Cramer's rule instead.
 """
 from __future__ import annotations
 
@@ -121,7 +124,8 @@ def in_slabs(o: np.ndarray, d: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np
     meets = np.ones(len(o), bool)
     with np.errstate(over="ignore", invalid="ignore"):
         for i, j in ((0, 1), (1, 2), (2, 0)):
-            # The range of d_i p_j - d_j p_i must contain 0, where p is a point of the box minus o.
+            # At a point p on the line, relative to o, d_i p_j - d_j p_i is 0. So the range of
+            # this difference over the box must contain 0.
             first, second = d[:, i, None] * np.stack([a[:, j], b[:, j]], 1), \
                 d[:, j, None] * np.stack([a[:, i], b[:, i]], 1)
             least, most = first.min(1) - second.max(1), first.max(1) - second.min(1)

@@ -1,9 +1,9 @@
 """The suite's error bounds hold for every triangle test of the project.
 
-The bounds are those of fair engines. A fair engine rounds like float32, but its operations
-together may lose up to four more bits. Its rays may pass between two triangles at their common
-edge, and then hit nothing or a triangle behind both. But no triangle test has a false hit or
-a wrong t, except at slivers and at tiny triangles far from the ray.
+The bounds are those of fair engines. A fair engine rounds like float32, but its errors may be up
+to 16 times as large, because it may lose four more bits. Its rays may pass between two triangles
+at their common edge, and then hit nothing or a triangle behind both. But no triangle test has a
+false hit or a wrong t, except at slivers and at tiny triangles far from the ray.
 """
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from gpgpu_rt.options import TRACER_OPTIONS
 
 TESTS = next(option.choices for option in TRACER_OPTIONS if option.name == "intersection")
 
-# Pairs (triangle test, family) with more than 16 times the errors of the watertight test.
+# Pairs (triangle test, family) in which some hit exceeds the bounds of fair engines.
 BEYOND = {("moller-trumbore", "slivers"), ("plucker", "slivers"), ("plucker", "stadium")}
 
 

@@ -1,5 +1,5 @@
-"""Each family of rays in the conformance suite finds faults: a test puts a fault into the
-project's programs, and some rays of the family must then get wrong answers."""
+"""Each family of rays in the conformance suite finds faults. A test puts a fault into the
+project's programs. Then some rays of the family must get wrong answers."""
 from __future__ import annotations
 
 import shutil
@@ -52,8 +52,8 @@ FAULTS: dict[str, tuple[str, dict, list[tuple[str, str, str]]]] = {
         (WATERTIGHT, INSIDE, "bool inside = none_below_zero(w);")]),
     "not watertight": ("brute-force", {"intersection": "moller-trumbore"}, []),
 }
-# Contraction fuses a product and a sum into one operation with a single rounding. No renderer here
-# contracts, so tests/mirror.py imitates contraction.
+# Contraction fuses a product and a sum into one operation with a single rounding. The tests'
+# renderers do not contract, so tests/mirror.py imitates contraction.
 CONTRACTION = "contraction"
 
 # Fault -> the families that must find the fault.

@@ -138,7 +138,7 @@ def test_a_crash_is_counted(engine, body: str, reason: str) -> None:
     with Runner(seconds=2) as runner:
         with pytest.raises(Crash, match=reason.replace("(", r"\(").replace(")", r"\)")):
             runner.trace(spec, case)
-        # After a crash, the runner can trace again, in a new process if the old one has ended.
+        # After a crash, the runner traces again. If its process has ended, it starts a new one.
         answers, _ = runner.trace(Spec(METHOD, "brute-force"), case) if "60" not in body else (
             EngineAnswers(np.zeros(4)), 0)
         assert len(answers.triangle) == 4
@@ -247,7 +247,7 @@ def test_wrong_specs_are_named(spec, message: str) -> None:
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_every_installed_engine_answers(name: str) -> None:
-    """Each adapter converts an engine's triangles and distances to the suite's units, so rays that
+    """Each adapter returns an engine's answers as the suite's triangle indices and t. So rays that
     are aimed inside triangles get right answers."""
     engine = ENGINES[name]
     if any(importlib.util.find_spec(module) is None for module in engine.modules):

@@ -80,7 +80,7 @@ def test_shrinking_keeps_the_fault() -> None:
     """`shrink` finds a case of one triangle that still fails.
 
     Here a case fails if its ray has a hit and a triangle lies near `lost`. `lost` is the centre of
-    the triangle that the ray hits in the whole case.
+    the triangle that the ray hits before the case is reduced.
     """
     known = Known.of("sphere-random", 300, 1)
     ray = int(np.flatnonzero(known.answers.exact.triangle >= 0)[0])

@@ -21,8 +21,8 @@ from gpgpu_rt.methods.grid.cells import Grid
 from gpgpu_rt.methods.kdtree.tree import KdTree
 
 ROWS = {row.name: row for row in rt.methods()}
-# In these methods, the step bound and the nodes in the states follow from the type of the
-# structure. A user's own method need not obey this rule.
+# In a built-in method, the type of the structure determines the step bound and the state field
+# that names a node or cell. A user's own method need not obey this rule.
 BUILT_IN = {row.name: row for row in built_in_methods()}
 
 
@@ -74,8 +74,8 @@ def test_rows_24_and_25_rays_from_split_planes(precise_renderer, method: str, se
     leaves = int((tree.axis == 3).sum())
     assert hits.leaves_visited.max() <= leaves
     # For each leaf, a ray walks at most from the root to the leaf and back. A triangle test is a
-    # step, too, so subtract the tests. A packet also walks to empty leaves, which do not count as
-    # visited, so the bound for packets uses the number of all leaves.
+    # step, too, so subtract the tests. A packet also walks to empty leaves, but does not count
+    # them as visited. For packets, the bound therefore uses the number of all leaves.
     walks = leaves if ROWS[method].packet else hits.leaves_visited
     assert (hits.steps - hits.triangles_tested <= walks * (2 * tree.depth + 2) + 1).all()
     with rt.Tracer(case.scene, "brute-force") as tracer:
@@ -154,8 +154,8 @@ def cells_visited(tracer: rt.Tracer, origins: np.ndarray,
 def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: float) -> None:
     """A grid visits the cells that a ray crosses, if the ray's segment in the cell is long enough.
 
-    In row 28, the segment must be longer than twice the padding of boxes. In row 29, it must be
-    longer than 1e-9, and 1.7 % of the rays may miss such a cell.
+    In row 28, the segment must be longer than twice the padding of boxes. In row 29, the segment
+    must be longer than 1e-9, and up to 1.7 % of the rays may miss a cell.
     """
     case = make_case(name, 300, 5)
     with rt.Tracer(case.scene, method, schedule="step", **case.options[method]) as tracer:
@@ -179,9 +179,9 @@ def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: fl
     for options in variants(name) if set(options) <= {"quantise_nodes"}])
 def test_rows_31_and_32_nodes_visited_contain_the_exact_ones(method: str, options: dict, far: bool,
                                                              seed: int) -> None:
-    """Rays aim at the corners of boxes. A ray visits every node whose box the ray meets before its
-    hit, according to float64. This also holds for quantised nodes, which store a wider box in few
-    bits."""
+    """Rays aim at the corners of boxes. A float64 test finds the nodes whose boxes a ray meets
+    before its hit, and the ray must visit all of these nodes. This also holds for quantised nodes,
+    which store a wider box in few bits."""
     case = make_case("box-corners", 300, seed)
     if far:  # the moved corners are exact in float32
         step = np.float32(2.0**-9)
@@ -280,7 +280,7 @@ def test_row_40_rays_at_the_cap_are_flagged(method: str, schedule: str) -> None:
             hits = tracer.trace(case.origins, case.directions)
         flagged = hits.status == 2
         assert not flagged[whole.steps < cap].any()
-        if ROWS[method].single:  # a ray of a stopped packet may have finished before
+        if ROWS[method].single:  # one ray may have finished before its packet stops
             assert (flagged | (hits.triangle == whole.triangle)).all()
         else:
             assert flagged[whole.steps > cap].all()

@@ -23,8 +23,8 @@ QUICK, FULL = 512, 32_768
 # The quick suite tests options of builders and of traversal in these cases; the full suite tests
 # these options in all cases.
 TELLING = ("moved-1e4", "in-planes", "box-corners", "flat-soup")
-# The quick test of every method skips these cases. Some of these cases are slow to build. Other
-# quick tests cover the remaining cases for every method.
+# The quick test of every method skips these cases: a case is slow to build, or another quick test
+# covers the case for every method.
 IN_FULL = ("scaled-2^-20", "scaled-2^20", "moved-1e0", "moved-1e2", "lengths", "coplanar",
            "one-triangle", "flat-floor")
 # In these cases, a leaf or a cell lists very many triangles. A schedule with one pass per triangle

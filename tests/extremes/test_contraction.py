@@ -2,8 +2,9 @@
 the copy leak.
 
 A compiler may turn a b - c d into a fused multiply-add, which rounds only one of the two products.
-An edge function is then no longer the exact negative of the neighbour's edge function, so rays
-leak through the edge. No software renderer here contracts, so the copy shows the effect.
+At an edge, the edge functions of the two triangles are then no longer exact negatives of each
+other, so rays leak through the edge. The tests' renderers do not contract, so the copy shows the
+effect.
 """
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ SIDE = 500  # 10^6 rays per scene: 250,000 of each kind
 # triangle for each ray, and a texture stack needs passes for each level. `ray-classification` and
 # `visibility-field` build lists that few rays share. `ray-tiles` tests all triangles against all
 # tiles. `ray-hierarchy` tests all triangles against cones, and incoherent rays have wide cones.
-# tests/methods/ray_tiles tests a million incoherent rays in tiles.
+# tests/methods/ray_tiles traces a million incoherent rays with `ray-tiles`.
 SIDES = {"brute-force": 160, "kd-texture-stack": 160, "ray-classification": 40,
          "visibility-field": 160, "ray-tiles": 160, "ray-hierarchy": 32}
 COHERENT = ("ray-tiles",)  # these methods trace the eye rays of the whole image

@@ -90,8 +90,9 @@ def test_row_20_t_past_float32(precise_renderer, exponent: int) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_row_10_permuted_and_mirrored(precise_renderer, method: str) -> None:
-    """The hits agree under ten of the 48 symmetries of the axes. No direction has two equal
-    largest components, because the choice of the dominant axis then need not be symmetric."""
+    """The hits agree under ten of the 48 symmetries of the axes. The rays' directions are random.
+    If the two largest components of a direction were equal, the choice of the dominant axis might
+    not be symmetric."""
     rng = np.random.default_rng(3)
     triangles = bumpy_sphere(1)
     origins = (rng.normal(size=(600, 3)) * 0.5).astype(np.float32)

@@ -62,7 +62,7 @@ def test_no_nan_in_any_state(name: str, method: str, schedule: str, seed: int) -
         hits = tracer.trace(origins, directions, invalid="miss")
         tracer.occluded(origins, directions, 2.0, invalid="miss")
     assert hits.status.tolist().count(1) == 3 and len(passes) >= 2
-    # A method with its own driver may draw fewer passes over states, and passes of other kinds.
+    # A method with its own driver may need only two to four passes over states.
     assert len(passes) > 4 or schedule == "loop" or schedule in METHODS[method].drivers
 
 

@@ -38,8 +38,8 @@ def indices(exponent: int) -> list[int]:
 def test_row_35_indices_round_trip(gpu: Gpu, exponent: int, small: bool, tmp_path) -> None:
     """A shader fetches the right entry for every index. A shader that computed the texture row by
     a rounded reciprocal would fail at row ends. An entry holds its index and twice its index, so
-    the numbers reach 2^24 with exponent 23. With ``small``, the program converts integers by their
-    bits (core/fetch.glsl); the table then has negative numbers too, from -2^22 to 2^22."""
+    the numbers reach 2^24 with exponent 23. With ``small``, the program reads an integer from the
+    bits of a float (core/fetch.glsl). The table then also has negative numbers, down to -2^22."""
     count = indices(exponent)[-1] + 1
     size = (1024, -(-count // 1024))
     asked = np.minimum(np.arange(size[0] * size[1]), count - 1)
@@ -73,7 +73,8 @@ def test_row_35_indices_round_trip(gpu: Gpu, exponent: int, small: bool, tmp_pat
 @pytest.mark.parametrize("method", ["kd-restart", "bvh-threaded", "grid", "bih"])
 def test_row_35_larger_integers_are_converted_exactly(monkeypatch: pytest.MonkeyPatch,
                                                       method: str) -> None:
-    """If an integer of a table exceeds SMALL_INTEGER, no program converts integers by bits."""
+    """If an integer of a table exceeds SMALL_INTEGER, no program reads integers from the bits of
+    floats."""
     scene = soup_scene(60, 2)
     rays = np.random.default_rng(3).random((2, 300, 3)).astype(np.float32)
     with rt.Tracer(scene, method) as tracer:
@@ -99,7 +100,7 @@ def test_row_35_two_to_the_24() -> None:
 
 def test_row_35_tables_that_grow_use_no_bits(gpu: Gpu, monkeypatch: pytest.MonkeyPatch) -> None:
     """The lists of ray classification grow while rays are traced, and their integers may pass
-    SMALL_INTEGER. Therefore the programs do not convert integers by their bits."""
+    SMALL_INTEGER. Therefore the programs do not read integers from the bits of floats."""
     monkeypatch.setattr(gpu, "programs", {})    # other tests may have compiled the same texts
     with rt.Tracer(soup_scene(60, 2), "ray-classification", context=gpu) as tracer:
         rays = np.random.default_rng(3).random((2, 300, 3)).astype(np.float32)

@@ -1,5 +1,5 @@
-"""The pages of Figure 2, Figure 26, Table 1 and the figure `cpu`, the verdicts and the index show
-the numbers of the JSON files."""
+"""The pages of Figures 2 and 26, of Table 1 and of the figure `cpu` show the numbers of the JSON
+files. So do the verdicts and the index."""
 from __future__ import annotations
 
 import csv

@@ -137,7 +137,7 @@ def test_a_failed_write_leaves_the_old_description(out: Path, monkeypatch) -> No
 
 def test_a_run_of_figures_ends_with_the_description(exact_renderer, tmp_path, monkeypatch,
                                                     capsys) -> None:
-    """A run also names the folders that it makes."""
+    """A run also prints a line for each folder that it makes."""
     monkeypatch.setattr(command, "measure", lambda *given: None)
     monkeypatch.setattr(command.pages, "draw", lambda names, data, out, full: (
         out / "fig03.md").write_text("# Figure 3\n"))

@@ -59,8 +59,8 @@ def test_mirrors_verdict(last: float, word: str, tmp_path: Path) -> None:
 
 
 def test_a_scene_whose_packets_stay_together_is_named_as_an_exception(tmp_path: Path) -> None:
-    """Packets are faster on cornell. This result does not count, because the rays of these packets
-    stay together."""
+    """Packets are faster on cornell. This result does not count: the claim is about packets whose
+    rays separate, but on cornell the rays of a packet stay together."""
     for scene, last, shared in (("cornell", 3.0, 1.1), ("robots", 0.5, 2.0),
                                 ("kitchen", 0.5, 1.3)):
         _mirrors(scene, last, shared, tmp_path)

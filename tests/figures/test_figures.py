@@ -215,8 +215,8 @@ def test_another_cpu_is_left_out_of_tau(tmp_path) -> None:
 
 
 def test_packets_counters_are_shared_out() -> None:
-    """A packet's visit of a node counts once, not once for each ray of the packet. The sum is
-    divided by the number of live rays, so pixels without a ray do not count."""
+    """A packet's visit of a node counts once, not once for each ray of the packet. The number of
+    visits is divided by the number of live rays, so pixels without a ray do not count."""
     cell = Cell("cornell", "kd-packet", size=16, work="mirror rays 3", runs=1)
     result = measure.run(cell)
     rays = workload("cornell", "mirror rays 3", 16)

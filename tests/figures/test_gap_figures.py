@@ -127,8 +127,8 @@ def test_stacks_leave_rays_in_flight_that_fit(tmp_path: Path) -> None:
     kept = int(rows["kd-restart"]["bytes a ray in registers"])
     assert kept == 4 * (8 + 3 + 4 + 8)
     assert int(rows["kd-restart"]["rays in flight"]) == card.registers // kept // 32 * 32
-    # A warp issues 32 lanes for each run. A visit makes one fetch. A test makes four fetches and
-    # waits twice for fetches.
+    # Each kernel run of a ray occupies the 32 lanes of its warp. A visit makes one fetch. A test
+    # makes four fetches and waits twice for fetches.
     costs = {name: static_cost("g80", "kd-texture-stack", name, in_loop=True).arithmetic
              for name in ("down", "intersect", "push")}
     instructions = 32 * (10 * costs["down"] + 2 * costs["intersect"] + costs["push"])
@@ -176,7 +176,8 @@ def test_the_paragraph_on_stacks_follows_the_numbers(tmp_path: Path, monkeypatch
 
 
 def test_fewer_instructions_need_more_rays_to_hide_fetches() -> None:
-    """A warp waits half of its time. Two warps would hide fetches, but only 48 rays fit."""
+    """A warp waits half of its time. So two warps (64 rays) would hide fetches, but only 48 rays
+    fit."""
     peak = 16 * 1350 * 32 / (4 * 17280)     # Mrays/s
     row = ["", 0, 0, None, 17280, 0, 64.0, 48, 0.75, 0.75 * peak, peak]
     assert stacks._rate(row, 1) == pytest.approx(7.5)

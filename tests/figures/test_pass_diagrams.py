@@ -1,5 +1,5 @@
-"""Figures 6 and 23 draw logged passes. The measure of ray coherence counts the nodes that rays
-need."""
+"""Tests of Figures 6 and 23, which draw logged passes, and of ray coherence, which is measured by
+the nodes that rays must visit."""
 from __future__ import annotations
 
 from pathlib import Path
@@ -49,7 +49,7 @@ def test_they_are_drawn(tmp_path: Path, figure) -> None:
 
 @pytest.mark.parametrize("seed", [5], ids="seed{}".format)
 def test_needed_nodes(seed: int) -> None:
-    """The needed nodes equal the nodes found by testing each ray against every box of the tree."""
+    """`needed_nodes` finds the same nodes as a test of each ray against every box of the tree."""
     scene = soup_scene(60, seed)
     rng = np.random.default_rng(seed)
     origins, directions = rng.random((40, 3)), rng.normal(size=(40, 3))

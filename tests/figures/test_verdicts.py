@@ -80,8 +80,8 @@ def test_nothing_measured() -> None:
 
 
 def test_ratios_are_off_by_the_median_over_pairs() -> None:
-    # Compared with the times 1, 1, 1, the three pairs of the times 1, 2, 8 are off by the factors
-    # 2, 4 and 8.
+    # The published times are equal. So our three ratios between methods, 2, 4 and 8, differ from
+    # the published ratios by the factors 2, 4 and 8.
     assert verdicts.off_by((1, 2, 8), (1, 1, 1)) == pytest.approx(4)
     assert verdicts.off_by((5, 10, 40), (1, 2, 8)) == pytest.approx(1)
 

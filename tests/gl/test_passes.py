@@ -101,9 +101,9 @@ def test_release_takes_whatever_parts_are_kept_in(gpu: Gpu) -> None:
 
 def test_arrays_that_fragments_write_are_tried_before_they_are_trusted(gpu: Gpu,
                                                                        monkeypatch) -> None:
-    """llvmpipe keeps arrays in which each fragment writes at a different index; softpipe mixes
-    them up. If a renderer mixes up such arrays, a method that needs them is refused; other methods
-    run."""
+    """Fragments may write into their own arrays at different indices. softpipe mixes up such
+    arrays; llvmpipe does not. If a renderer mixes them up, a method that needs them is refused,
+    and other methods run."""
     assert _kept(gpu) == ("softpipe" not in gpu.renderer)
     monkeypatch.setattr(gpu, "keeps_own_arrays", False)
     for method, options in (("kd-stack", {}), ("bvh-stack", {}), ("bih", {"stack_size": 4})):

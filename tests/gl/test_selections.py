@@ -66,8 +66,8 @@ void main() {{
     # harmless functions and macros
     ("y = c ? halved(a) : TWICE(b);", "y = picked_value(c, halved(a), TWICE(b));"),
     ("y = c ? texture(t, a).x : fetched(i);", "y = picked_value(c, texture(t, a).x, fetched(i));"),
-    # The index `x` has the name of a function's parameter, so the index counts as inside the
-    # array.
+    # Only the name of a function's parameter, such as `x`, counts as an index inside the array
+    # (selections.py).
     ("y = c ? s[x] : b;", "y = picked_value(c, s[x], b);"),
     # GLSL always evaluates the first operand, so this operand may be an element of an array.
     ("y = s[i] > 0 && c;", "y = both_hold(s[i] > 0, c);"),

@@ -1,5 +1,5 @@
-"""Tests of includes, and of errors with file and line. Every GLSL file keeps the rules of OpenGL
-3.3 (era/card.frag: GLSL 1.20) and of the programs of 2002-2007: no compute shaders, geometry
+"""Tests of includes, and of errors with file and line. GLSL files have version 3.30, except
+era/card.frag (1.20). They use nothing that programs of 2002-2007 lacked: compute shaders, geometry
 shaders, storage buffers, image stores or doubles."""
 from __future__ import annotations
 

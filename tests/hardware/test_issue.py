@@ -185,8 +185,8 @@ def test_passes_and_queries_cost_the_host_time() -> None:
     card = find_card("NV40")
     issued = KernelIssues(("down",), (0,), (0,), passes=(90,), queries=10)
     found = time_of_passes(card, issued, _cost(), STREAMS, 512 * 512)
-    # The pass of a query fetches the state of each pixel, because the early depth test rejects
-    # pixels only in the passes of kernels.
+    # The early depth test rejects pixels only in the passes of kernels. The pass of a query
+    # therefore fetches the state of every pixel.
     counted = card.stream_fetch * 512 * 512 / card.texel_rate
     assert found.parts["queries"] == pytest.approx(10 * (ASSUMED.query_seconds + counted))
     assert found.parts["passes"] == pytest.approx(

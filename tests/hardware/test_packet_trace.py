@@ -1,5 +1,5 @@
-"""`in_loop` turns the pushes and pops in a trace of packets into separate kernels.
-tests/traversal/test_era_packets.py compares the counts with a program that runs these kernels."""
+"""`in_loop` inserts the kernels `push` and `pop` into a trace, in which they are parts of other
+kernels. tests/traversal/test_era_packets.py compares the counts with a program of all kernels."""
 from __future__ import annotations
 
 import numpy as np

@@ -68,7 +68,7 @@ def test_a_stack_in_a_local_array_needs_a_loop(chip: str) -> None:
 
 @pytest.mark.parametrize("kind", RAY_SETS)
 def test_the_number_of_rays_is_not_a_guess(kind: str) -> None:
-    """A sample of the pixels gives the work, but all rays are counted."""
+    """A prediction traces a sample of the rays, but its ``count`` is the number of all rays."""
     scene = rt.load_scene("cornell")
     rays = rays_of(scene, RAY_SETS[kind], 150)
     found = predict(scene, "brute-force", "nv40", kind, size=150)

@@ -24,8 +24,7 @@ def _trace(parts: list[list[tuple[int, int]]]) -> KernelTrace:
 
 
 @pytest.mark.parametrize("parts, traverse, intersect", [
-    # Parts that visit the same places in another order make one packet that visits each place
-    # once.
+    # Both parts visit the same places, but in different orders. The packet visits each place once.
     ([[(1, 7), (1, 5), (2, 7)], [(1, 5), (2, 7), (1, 7)]], 1, 1),
     ([[(1, 7), (2, 3)], [(1, 5), (2, 4)]], 2, 2),
     # If one part is beyond the image or visits nothing, the warp makes the other part's visits.

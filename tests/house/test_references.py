@@ -71,8 +71,8 @@ OWN = [row for row in rt.methods() if not Path(row.glsl).is_absolute()]
 @pytest.mark.parametrize("row", OWN, ids=lambda row: row.name)
 def test_every_method_s_paper_is_one_work_of_the_survey(row: rt.Method) -> None:
     """A method's citation names one work. Each section that the list of references gives for the
-    work exists in the survey. If a GLSL file of the method cites a section, and cites only this
-    work before, the list gives this section for the work."""
+    work exists in the survey. In the method's GLSL files, some sections follow citations of this
+    work alone. The list gives these sections for the work."""
     work = find_work(row.citation)
     assert work is not None and work.sections and set(work.sections) <= set(SECTIONS)
     assert reference(row.citation).endswith(f"(survey, {work.discussed})")
@@ -96,8 +96,8 @@ def _sections(text: str) -> list[tuple[int, str]]:
 
 
 def test_cited_sections_exist() -> None:
-    """The survey has every section that a text cites. It also has a section for every number after
-    the word "section", even if the text means a section of a paper."""
+    """The survey has every section that a text cites. Every number after the word "section" is
+    also a section of the survey, even if the text means a section of a paper."""
     found = [(name, section) for name, text in texts().items()
              for section in [section for _, section in _sections(text)]
              + re.findall(r"[Ss]ections? (\d+(?:\.\d+)*)", text)]

@@ -1,5 +1,5 @@
 """Tests of time travel, the view of all rays after each pass. A traversal that continues from the
-states of any pass finds the hits of a trace."""
+states of any pass finds the same hits as a whole traversal."""
 from __future__ import annotations
 
 import json
@@ -61,7 +61,7 @@ def test_the_last_state_is_what_a_trace_finds(method: str, schedule: str) -> Non
     nearest = np.array([one.hit["t"] for one in passes])
     assert (nearest[1:] <= nearest[:-1]).all(), "a hit got farther from one pass to the next"
     assert set().union(*(one.served for one in passes)) <= names
-    if "turn" not in passes[0].state:    # a packet's step counts for all its rays
+    if "turn" not in passes[0].state:    # not packets: their steps count for all their rays
         runs = sum(sum(one.served.values()) for one in passes)
         assert runs == expected.steps.sum()
         assert all(sum(after.served.values()) <= before.live

@@ -128,7 +128,7 @@ def test_the_tests_know_it(precise_renderer, folder: Path) -> None:
     assert words[-2:] == ["-k", "sweep"]
     if precise_renderer.is_es:      # other folders have tests that need desktop OpenGL
         words[words.index("tests")] = "tests/traversal"
-    # tests/workers/test_sweeps.py has the word by chance.
+    # Leave out tests/workers/test_sweeps.py, whose name also contains "sweep".
     answer = python(*words[:-1], "sweep and not sweeps", "-q", "-p", "no:cacheprovider", cwd=ROOT,
                     GPGPU_RT_METHODS=str(folder))
     assert answer.returncode == 0, answer.stdout[-3000:]
@@ -268,7 +268,8 @@ def test_a_row_of_other_kinds_is_named_in_a_line(folder: Path, text: str, instea
 ])
 def test_a_wrong_accelerator_is_named_in_a_line(folder: Path, text: str, instead: str,
                                                 message: str) -> None:
-    """A uniform or a field that the GLSL does not read gives an error message of one line."""
+    """A uniform that the GLSL does not read, or a field that does not fit its record, gives an
+    error message of one line."""
     path = folder / "sweep.py"
     assert text in path.read_text()
     path.write_text(path.read_text().replace(text, instead, 1))
@@ -293,7 +294,7 @@ if __name__ == "__main__":
 
 
 def test_boxes_that_cannot_be_pickled(folder: Path, tmp_path: Path) -> None:
-    """`updates` builds in another process. A lambda cannot be sent from there."""
+    """`updates` builds an accelerator in another process, which cannot send back a lambda."""
     path, script = folder / "sweep.py", tmp_path / "updated.py"
     path.write_text(path.read_text().replace("structure=order", "boxes=lambda: (lo, hi)"))
     script.write_text(UPDATED)

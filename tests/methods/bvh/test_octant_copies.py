@@ -43,8 +43,8 @@ def test_copies_leave_out_boxes_alone(name: str) -> None:
     for octant in range(8):
         leaves = [copies.source[octant][copies.count[octant] > 0] for copies in (whole, fewer)]
         assert (leaves[0] == leaves[1]).all()
-        # In a copy, exactly the kept nodes of a node's subtree lie between the node and its
-        # escape index.
+        # In a copy, the indices from a node up to its escape index belong to the kept nodes of
+        # its subtree.
         source, escape = fewer.source[octant], fewer.escape[octant]
         below = expand(np.arange(len(source)), escape - np.arange(len(source)))
         owner = owners(escape - np.arange(len(source)))
@@ -109,7 +109,7 @@ def test_shared_subtrees_are_walked_as_copies_are(name: str, most: int) -> None:
 
 
 def test_shared_subtrees_stand_for_most_of_the_copies() -> None:
-    """With shared subtrees, the copies have less than a quarter of the nodes."""
+    """Shared subtrees reduce the number of stored nodes to less than a quarter."""
     triangles = MESHES["ball"]()
     bvh = build_bvh(triangles)
     whole, shared = OctantCopies.of(bvh), OctantCopies.of(bvh, shared_subtrees=64)

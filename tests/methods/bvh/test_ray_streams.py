@@ -63,8 +63,8 @@ def test_one_at_a_time_is_the_order_of_a_stack() -> None:
 
 
 def test_counters_are_what_goes_through() -> None:
-    """The elements that go through a stream are inner nodes, leaves that wait for their test, and
-    elements that a later hit prunes."""
+    """The node of an element is an inner node, or a leaf that is a far child. A hit may prune an
+    element while it waits, so more elements than visited nodes go through the stream."""
     scene = soup_scene(300, 6)
     chosen = RAY_SETS["random"](scene, 500, 6)
     with stream_tracer(scene, 1 << 20, statistics=True) as tracer:
@@ -104,7 +104,7 @@ def test_room_is_enough_for_a_deep_tree(precise_renderer, monkeypatch, size: int
 
 @pytest.mark.parametrize("way", [-1, 1])
 def test_lowest_index_wins(precise_renderer, way: int) -> None:
-    """Triangles overlap in a plane, in ascending or descending order along the plane.
+    """Triangles overlap in a plane. Along x, their indices ascend or descend.
 
     Leaves that are tested in one pass then hold hits of equal t. The lowest index must win, in
     whatever order the leaves are tested.

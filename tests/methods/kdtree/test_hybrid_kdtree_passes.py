@@ -66,8 +66,8 @@ def test_options(precise_renderer, options: dict) -> None:
     (1, 600, 0.2, 1), (3, 3000, 0.03, 3), pytest.param(4, 9000, 0.01, 2)])
 def test_upper_levels_are_numpys(precise_renderer, seed: int, count: int, size: float,
                                  bits: int) -> None:
-    """Split planes agree to the bit. A few nodes are leaves in only one of the two trees: widened
-    boxes may add a triangle to a cell in only one tree."""
+    """Split planes agree to the bit. A few nodes are empty leaves in only one of the two trees,
+    because passes and numpy may disagree whether a triangle touches a cell."""
     triangles = random_soup(count, seed, size)
     triangles[count // 2:] += np.float32([0, 3, 2])     # most cells of the lattice stay empty
     one = build_kdtree_by_passes(precise_renderer, triangles, build="hybrid", morton_bits=bits)

@@ -1,4 +1,4 @@
-"""The Ray Engine, in the fixed-point numbers of the graphics cards of its time, gives the hits of
+"""The Ray Engine, in the fixed-point numbers of its time's graphics cards, finds the same hits as
 a numpy model. Hits that differ from exact hits lie at edges of triangles."""
 from __future__ import annotations
 

@@ -40,7 +40,8 @@ def crossed_soup(count: int, seed: int) -> rt.Scene:
     """Return a scene in which half of the triangles are tiny and lie in the scene's middle planes.
 
     In `visibility-field`, a beam is a set of rays that read the same list and cross the same tile
-    of a middle plane. A beam is narrowest at this plane, so its list has no spare triangles there.
+    of a middle plane. A beam is narrowest at this plane. If its bounds were too narrow, its list
+    would lose the triangles there first.
     """
     triangles = random_soup(count, seed, 0.08)
     tiny = triangles[::2]
