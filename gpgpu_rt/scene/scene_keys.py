@@ -47,8 +47,8 @@ OBJECTS: Mapping[str, Mapping[str, Key]] = {
                     "scene (`gpgpu-rt scenes`)"),
         "box": Key("box", "a box, instead of a file"),
         "sphere": Key("sphere", "a sphere of triangles, instead of a file"),
-        "quad": Key("points", "four corners, anticlockwise as seen from outside, instead of a "
-                    "file"),
+        "quad": Key("points", "four corners, instead of a file; for a dielectric, anticlockwise "
+                    "as seen from outside"),
         "material": Key("text", "the name of the material of the whole mesh"),
         "materials": Key("map of text", "maps the name of a group, object or material in the mesh "
                          "file to the name of the material that it gets"),
@@ -85,9 +85,8 @@ OBJECTS: Mapping[str, Mapping[str, Key]] = {
     },
     "light": {
         "position": Key("vector", "its position, world units", required=True),
-        "intensity": Key("vector", "strength of the light, the same at any distance: the radiance "
-                         "that a white surface reflects if it faces the light; (1, 1, 1) by "
-                         "default", least=0),
+        "intensity": Key("vector", "the radiance that a white surface reflects if it faces the "
+                         "light, the same at any distance; (1, 1, 1) by default", least=0),
     },
     "environment": {
         "colour": Key("vector", "radiance from all directions", least=0),
