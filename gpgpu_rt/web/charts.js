@@ -12,7 +12,7 @@ const kernelColour = (phase) => KERNEL_COLOURS[Math.min(phase, KERNEL_COLOURS.le
 
 // Returns `alive`, the numbers of rays (or packets) that are alive after 0, 1, 2, ... steps; `last`, the step after
 // which none is alive; `percentile`, the 99th percentile of the numbers of steps. The field `steps` of a ray gives the
-// step after which the ray ends. A packet's field does not: it leaves out pushes and pops. So for packets, `lives` gives
+// step after which the ray ends. A packet's field does not: it leaves out pushes and pops. So for packets, `lives` has
 // the numbers of live packets that `trace` counted.
 function survey(schedule, states, lives = []) {
     const [texel, channel] = field(schedule, "steps"), [width, height] = sizeOf.get(states[texel]);
