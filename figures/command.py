@@ -130,8 +130,8 @@ def _index(out: Path) -> None:
 
 
 def _make(folder: Path) -> None:
-    """Make a missing folder, and say so: a folder that the user did not expect shows a spelling
-    mistake before hours of measuring."""
+    """Make a missing folder, and print its name. So the user sees a misspelled name before hours
+    of measuring."""
     is_new = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -17,7 +17,7 @@ from PIL import Image
 
 Facts = list[tuple[str, str]]
 
-MOST_RAYS = 1 << 20     # a view of more rays reads a sample of at most this size, evenly spaced
+MOST_RAYS = 1 << 20     # a view of more rays reads at most this many of them, evenly spaced
 SIDE = 192              # longest side of a thumbnail, in pixels
 MISS, FAR, NEAR = 0, 60, 255    # grey levels of a depth picture
 _TEXT = 'style="text-align:left"'

@@ -40,7 +40,7 @@ def record_of(sampler: str) -> str:
 def kernel_of(one: ObservedPass) -> str:
     """The name of a pass in a diagram: its kernel or, without a kernel, its fragment program."""
     if one.uniforms.get("equal"):
-        return "tile_pairs, again"    # this second draw finds the lowest index at the nearest t
+        return "tile_pairs, again"    # this draw finds the triangle of the nearest t
     return one.kernel or one.name.split("/")[-1].removesuffix(".frag")
 
 
@@ -52,9 +52,9 @@ def issued(passes: Iterable[ObservedPass], left_out: tuple[str, ...] = ()) -> li
     left_out : names of passes that are not returned, such as passes that only count rays
     """
     kept = [one for one in passes if kernel_of(one) not in left_out]
-    # If a program does not read a sampler, any texture may be bound there. Therefore name a
-    # texture after the record of the target that wrote the texture. If no pass wrote the texture,
-    # name it after its sampler.
+    # A sampler that a program does not read may be bound to any texture. Leave out such a read:
+    # the texture's record differs from the sampler's record. A texture's record is the record of
+    # the target that wrote the texture. If no pass wrote it, the sampler gives the record.
     names: dict[int, str] = {}
     for one in kept:
         for record in one.target.records if isinstance(one.target, Target) else ():

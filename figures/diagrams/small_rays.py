@@ -94,7 +94,8 @@ def tested(one: ObservedPass) -> tuple[np.ndarray, np.ndarray]:
 def traversal() -> tuple[list[ConeLevel], list[Round], rt.Hits]:
     """Return the levels of the hierarchy, the rounds and the hits, read from textures."""
     rounds: list[Round] = []
-    # Size of a level's texture -> the level's fields in the newest hierarchy.
+    # Size of a level's texture -> the level's fields. The tracer builds the hierarchy anew for
+    # each batch of triangles; keep the fields of the last build.
     levels: dict[tuple[int, int], dict[str, np.ndarray]] = {}
 
     def look(one: ObservedPass) -> None:

@@ -56,13 +56,14 @@ def scene_of(name: str) -> rt.Scene:
 
 def measure(name: str, method: str, options: dict[str, Any], size: int, runs: int
             ) -> dict[str, Any]:
-    """Compare caustics mapping with traced photons.
+    """Compare photons of caustics mapping, which rasterises, with traced photons.
 
-    In the result, ``seconds`` has the times of alternate runs of both. The mapping improves its
-    estimate of a photon's distance to the receiver in steps. For each number of steps in
-    ``guesses``, ``apart`` has the median and the 90 % quantile of the distance between mapped and
-    traced landing points. ``lost`` has the share of light whose mapped photons do not land.
-    ``rasterised`` and ``traced`` are pictures of the maps, (size, size), without the refractor.
+    In the result, ``seconds`` has the times of the mapping and of the tracing; their runs
+    alternate. The mapping improves its estimate of a photon's distance to the receiver in steps.
+    For each number of steps in ``guesses``, ``apart`` has the median and the 90 % quantile of the
+    distance between mapped and traced landing points. ``lost`` is the share of light whose photons
+    land if they are traced, but not if they are mapped. ``rasterised`` and ``traced``, (size,
+    size), are the camera's pictures of the irradiance on the receivers, without the refractor.
     """
     scene = scene_of(name)
     seconds: dict[str, list[float]] = {"rasterised": [], "traced": []}

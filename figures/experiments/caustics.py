@@ -33,15 +33,16 @@ def draw(data: Path, out: Path, full: bool) -> None:
     shown = [[row[0], f"{row[1]:,}", *map(number, row[2:5]), f"{row[5]:.3f}", f"{row[6]:.3f}",
               *(f"{value:.1%}" for value in row[7:])] for row in rows]
     guesses = results[0][1]["caustics"]["iterations"]
-    note = (f"{results[0][1]['gpu']['renderer']}, {PHOTONS} x {PHOTONS} photons, refractors and a "
-            "mirror of 2 to 4 units over a floor of 10. The distance of each photon to its "
-            f"receiver is estimated {guesses} times. Photons are traced by bvh-packet 4x4, and "
-            "their time includes numpy's work between passes")
+    note = (f"{results[0][1]['gpu']['renderer']}, {PHOTONS} x {PHOTONS} photons; refractors and a "
+            "mirror, 2 to 4 units wide, over a floor 10 units wide. The distance of each photon "
+            f"to its receiver is estimated {guesses} times. Photons are traced by bvh-packet 4x4, "
+            "and their time includes numpy's work between passes")
     write_text(out / "caustics.md", (
         "# Caustics mapping\n\n"
-        "Caustics mapping searches the image that the light sees for the point where a photon "
-        "lands. For comparison, the same photons are traced as rays through the same refractor "
-        "and added to a second map of the same kind. Renderer and settings: " + note + ".\n\n"
+        "Caustics mapping finds the point where a photon lands by a search in an image of the "
+        "scene as the light sees it. For comparison, the same photons are traced as rays through "
+        "the same refractor and added to a second map of the same kind. Renderer and settings: "
+        + note + ".\n\n"
         "* Times as fast: the time of the traced photons divided by the time of caustics mapping, "
         "as a median of the runs.\n"
         "* Landing error: the distance, in units of the scene, between the points where a mapped "

@@ -73,7 +73,8 @@ def _peak(hardware: str) -> float | None:
 
 
 def rows(data: Path, full: bool) -> list[dict[str, Any]]:
-    """A row per scene and column: rays per second, and rays per GFLOP if the peak is known."""
+    """Return a row for each scene and column: its rays per second, and its rays per GFLOP if the
+    peak is known."""
     found = []
     for scene in scenes(full):
         results = [(column, read(cell(scene, column, full), data)) for column in columns()]
@@ -155,8 +156,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
              "* The peak is nominal, in single precision: "
              + ("not known here." if not peak.get("nominal") else
                 f"{number(peak['clock'] / 1e9)} GHz ({clock_is}) times {peak['a_clock']} "
-                "operations per clock (from the processor's flags) times cores, "
-                f"{peak.get('cores', peak['threads'])} for {peak['threads']} threads. "
+                "operations per clock (from the processor's flags) times the number of cores, "
+                f"which is {peak.get('cores', peak['threads'])} for {peak['threads']} threads. "
                 "numpy's matrix product on all threads reaches "
                 f"{number(peak['attained'] / 1e9)} GFLOP/s; multiply-adds in fragment programs "
                 f"reach {number(peak.get('fragments', float('nan')) / 1e9)} GFLOP/s."),

@@ -30,14 +30,18 @@ RUNS = 5       # timed runs of the fragment program, after a warm-up run
 
 @functools.cache
 def peak(count: int) -> dict[str, Any]:
-    """Return the arithmetic rates of ``count`` threads, in FLOP/s of single precision.
+    """Return arithmetic rates of the processor, in FLOP/s of single precision.
+
+    ``count`` threads matter only for the nominal rate.
 
     Returns
     -------
-    nominal : clock times operations per clock times cores, or None if a factor is unknown.
-    attained : the rate of numpy's matrix product on all threads, the fastest of several runs.
+    nominal : the product clock * a_clock * cores, or None if a factor is unknown.
+    attained : the rate of numpy's matrix product on numpy's threads; the fastest of several runs.
     fragments : the rate of multiply-adds in fragment programs of the current renderer.
-    clock, a_clock, cores : the factors of nominal; ``cores`` counts cores in use.
+    clock : in Hz.
+    a_clock : operations per core and clock.
+    cores : the smaller of ``count`` and the number of physical cores.
     model, threads : the processor's model, and ``count``.
     clock_is : words that say whether ``clock`` is the base clock or the current clock.
     """

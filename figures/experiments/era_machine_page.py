@@ -34,31 +34,33 @@ Figures 12, 13, 16, 20 and 22 hold the same predictions beside the times measure
 whose mesh is missing are left out; `gpgpu-rt scenes --fetch` loads the papers' meshes. Without
 them, the page covers only scenes that need no mesh, such as cornell.
 
-The model leaves out misses of the texture cache, shading, transfers, passes that make rays or set
-them up, and the passes that a card's limit on loop iterations adds. It also leaves out latency
-that is exposed when too few fragments are in flight. The vendors' compilers may have needed fewer
-instructions than Mesa's; on NV40, Mesa needs three instructions for a selection. For NV40
-the page counts clocks as instructions, because the two units of a pipe may issue several of Mesa's
-operations in a clock. Each kernel of a loop was compiled as a separate program. The instructions
-that move the state to this program's outputs therefore count, although the loop does not need
-them. Kernels of packets of 2x2 rays write only the fields that they change, so fewer moves count:
-about one instruction of 30. Published numbers do not separate these causes. If a prediction misses
-a bar (a target below), the page cannot say which cause is to blame.
+The model leaves out misses of the texture cache, shading, transfers, and passes that make rays or
+set them up. A card's limit on loop iterations adds passes, which the model leaves out, too. It
+also leaves out latency that is exposed when too few fragments are in flight. The vendors'
+compilers may have needed fewer instructions than Mesa's; on NV40, Mesa needs three instructions
+for a selection. For NV40 an instruction on this page is a clock of a pipe, in which the pipe's two
+units may issue several of Mesa's operations. Each kernel of a loop was compiled as a separate
+program. The instructions that move the state to this program's outputs therefore count, although
+the loop does not need them. Kernels of packets of 2x2 rays write only the fields that they change,
+so fewer moves count: about one in 30 instructions is such a move. Published numbers do not
+separate these causes. If a prediction misses a bar (a target below), the page cannot say which
+cause is to blame.
 
 The first form of a figure's programs is scored. Most papers do not publish the order of their
 loops, so the choice of the form is an assumption too; the table also lists the other forms. In
 `step` the program is a loop, and an iteration runs one step of each ray. In `while-while` the loop
 has an inner loop for each kernel. In `step, 256 pixels` only about 256 pixels branch together on
-NV40, as on its successor: a program that needs many registers probably has fewer pixels in flight.
-In `while-while, uncoalesced` each lane of G80 loads nodes and triangles in a memory transaction of
-its own. These loads bypass the texture cache. In `passes` each pass runs one kernel, and the early
-depth test rejects each quad of pixels without a waiting ray. In `passes, blocks` the early depth
-test rejects only whole blocks of 8x8 pixels, in case the card's early depth was that coarse. In
-`packets` the 32 rays of a packet are the lanes of a warp. Each lane runs the kernels of a single
-ray at every node of its packet, and the warp loads a node or a triangle once. The packet visits
-the nodes that its two halves of 4x4 rays visit, in an order that is not known. Votes and the
-shared stack are left out. On R580 a fragment traces a packet of 2x2 rays. Each component of a
-vector belongs to one of the four rays, and 48 packets branch together.
+NV40, as on its successor. The reason for this form: a program that needs many registers probably
+has fewer pixels in flight, so fewer pixels can branch together. In `while-while, uncoalesced` each
+lane of G80 loads nodes and triangles in a memory transaction of its own. These loads bypass the
+texture cache. In `passes` each pass runs one kernel, and the early depth test rejects each quad of
+pixels without a waiting ray. In `passes, blocks` the early depth test rejects only whole blocks of
+8x8 pixels, in case the card's early depth was that coarse. In `packets` the 32 rays of a packet
+are the lanes of a warp. Each lane runs the kernels of a single ray at every node of its packet,
+and the warp loads a node or a triangle once. The packet visits the nodes that its two halves of
+4x4 rays visit, in an order that is not known. Votes and the shared stack are left out. On R580 a
+fragment traces a packet of 2x2 rays. Each component of a vector belongs to one of the four rays,
+and 48 packets branch together.
 """
 PARTS = """The survey shows the papers' images only as small pictures and does not state their
 views. Cornell University's data and BART's files publish a view. Our images of cornell, kitchen
@@ -207,7 +209,7 @@ def _chart(found: Sequence[PredictedRow], out: Path) -> None:
     figure.legend(*axes[0, 0].get_legend_handles_labels(), frameon=False, ncols=len(SHARES),
                   loc="upper center", fontsize=8)
     figure.tight_layout(rect=(0, 0.04, 1, 0.97))
-    save_chart(figure, out / "era_machine.png", "A kernel's whole time counts for the resource "
-               "that bounds the kernel, except the time of idle lanes, shown as waiting lanes.",
+    save_chart(figure, out / "era_machine.png", "The time of idle lanes is shown as waiting "
+               "lanes. A kernel's other time counts for the resource that bounds the kernel.",
                "Bars show which resource of a card bounds the predicted time of each method, "
                "as a share of the time")

@@ -61,7 +61,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
         return
     renderer = next(iter(results.values()))["gpu"]["renderer"]
     write_csv(out / "extremes.csv",
-              ("row", "case", "setting", "rays", "wrong", "below at 95 %", *CATEGORIES,
+              ("row", "case", "setting", "rays", "wrong", "upper limit at 95 %", *CATEGORIES,
                "within the bound", "missed where float64 hits", "t error, ulp", "t error, bounds",
                "steps a ray", "most steps", "cap", "capped"),
               [_csv_row(name, cell, result["cases"][name]) for cell, result in results.items()

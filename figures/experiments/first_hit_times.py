@@ -1,6 +1,7 @@
 """First hit times: compares rasterised first hits with traced hits, in time and in errors.
 
-A ray is in doubt if the rasteriser's hit cannot be proven. Rays in doubt are traced afterwards.
+A ray is in doubt if the proof of its rasterised hit fails. "rasterised" proves that the hit is the
+first, "verified" only that it is a hit. Rays in doubt are traced afterwards.
 """
 from __future__ import annotations
 

@@ -22,9 +22,9 @@ from gpgpu_rt.statistics import Statistics
 
 from .coherence import observe_order
 
-# A kind is the prefix of ``Cell.work``, before the name of a workload. MOVED measures the bytes
-# that passes move. DONE measures the runs of kernels at each SIMD width (the number of pixels that
-# branch together). STACKS measures the depth of the rays' stacks.
+# The kinds of these measurements. ``Cell.work`` is a kind, followed by the name of a workload.
+# MOVED measures the bytes that passes move. DONE measures the runs of kernels at each SIMD width
+# (the number of pixels that branch together). STACKS measures the depth of the rays' stacks.
 MOVED, DONE, STACKS = "moved by ", "run by ", "stacks of "
 KINDS = (MOVED, DONE, STACKS)
 # SIMD width -> (h, w) of the rectangle of pixels that branch together, as square as possible.
@@ -40,7 +40,8 @@ COMPILED = ("Each kernel was compiled as a separate program. Two errors are know
             "although a loop would keep the state in registers. This error makes the predicted "
             "times too long. Second, the counts leave out the set-up of rays and the branches of "
             "loops. This error makes the predicted times too short.")
-# The simulated caches: bytes, bytes of a line, and how many rays fetch together.
+# The simulated caches. STORES: bytes of a cache. LINES: bytes of a line. TOGETHER: number of rays
+# that fetch together.
 STORES, LINES, TOGETHER = (8192, 16384, 131072), (16, 128), (4, 32)
 MISSES = ("kd-restart", "kd-texture-stack", "bvh-threaded")     # methods whose misses are counted
 

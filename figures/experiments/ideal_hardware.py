@@ -27,7 +27,7 @@ SCENES = ("kitchen", "conference")
 # kd-texture-stack replaces kd-stack and visits the same nodes. The costs of kd-stack are unknown,
 # because the compilers of the papers' cards cannot compile its kernels (docs/era.md).
 METHODS = ("kd-restart", "kd-texture-stack", "bvh-threaded")
-CARD, TREE = "G80", "kd-texture-stack"     # TREE: for the prototypes, which have a stack
+CARD, TREE = "G80", "kd-texture-stack"     # the prototypes have a stack: TREE gives their work
 BVH = "bvh-threaded"     # Benthin et al. used a BVH on the Cell; this method has no stack
 HEADS = ("scene", "method", "machine", "shader ns", "steps ns", "tests ns", "memory ns",
          "waiting ns", "ns a ray", "Mrays/s", "bound by", "published Mrays/s")
@@ -62,7 +62,8 @@ def leasts(method: str, work: dict[str, Any]) -> dict[str, Least]:
         f"{CARD} and triangle units": on_card(card, work, own, ideal, "tests"),
         f"{CARD} and traversal units": on_card(card, work, own, ideal, "steps"),
         f"{CARD} and both": on_card(card, work, own, ideal, "both")}
-    # SaarCOR's units also test triangles: `on_prototype` ignores the compiled costs for SaarCOR.
+    # SaarCOR's units also test triangles, so `on_prototype` does not use the costs of the RPU's
+    # shaders for SaarCOR.
     if method == TREE:
         found |= {name: on_prototype(made[name], work, costs[made["RPU"].compiler])
                   for name in ("RPU", "SaarCOR 2002", "SaarCOR")}
@@ -97,8 +98,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     results = [result for _, result in finished(cells(full), data)]
     heading = results[0]
     note = (f"An image has {size(full)}x{size(full)} eye rays, of which sample squares of "
-            f"{SIDE}x{SIDE} are traced. All times are those that a machine needs at its peak "
-            "rates for the kernels that the rays run. The set-up of rays is left out, and nothing "
+            f"{SIDE}x{SIDE} are traced. A time is the time of the kernels that the rays "
+            "run, at the machine's peak rates. The set-up of rays is left out, and nothing "
             "is fitted. The total is the longest of the times of shaders, traversal steps, "
             "triangle tests and memory, plus the waiting. "
             f"{heading['gpu']['renderer']}, commit {heading['commit']}."
@@ -178,8 +179,8 @@ def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:
     low, high = published_range("text", "", "rpu", quantity="speed over GPU ray tracing")
     clocks = find_card(CARD).clock / machines()["RPU"].clock
     text = (
-        "The survey would hardwire the triangle test first, and then traversal with a "
-        "programmable criterion, and leave shading to the shaders. The survey calls the RPU "
+        "The survey proposes units for the triangle test, and then units for traversal with a "
+        "programmable criterion. Shaders would only shade. The survey calls the RPU "
         f"{low:g} to {high:g} times as fast as graphics hardware. A ray of {scene} takes "
         f"{number(steps)} steps and {number(tests)} tests ({TREE}). With triangle units, "
         f"tracing is {gain(f'{CARD} and triangle units')} times as fast as with shaders alone. "

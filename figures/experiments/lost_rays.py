@@ -1,4 +1,4 @@
-"""Lost rays: finds the eye rays whose hits a method's number format loses or changes.
+"""Lost rays: finds the eye rays that lose or change their hits in a method's number format.
 
 The hits are compared with the hits of an exact method.
 """

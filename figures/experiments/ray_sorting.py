@@ -124,6 +124,6 @@ def _draw_nodes(axis: Any, alike: list[tuple[str, dict[str, float]]]) -> None:
         axis.plot([c["nodes_a_ray"]] * 2, [at - 0.4, at + 0.4], color=COLOURS[1])
     axis.set_yticks(range(len(alike)), [work for work, _ in alike], fontsize=8)
     axis.invert_yaxis()
-    axis.set_xlabel("different nodes a tile of 64 rays: grey in the image, blue sorted; orange: "
+    axis.set_xlabel("different nodes a tile of 64 rays (grey: unsorted, blue: sorted); orange: "
                     "nodes a ray", fontsize=8)
     axis.spines[["top", "right"]].set_visible(False)

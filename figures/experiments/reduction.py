@@ -40,9 +40,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_text(out / "reduction.md", (
         "# Stream reduction by blocks\n\n"
         "Roger et al. (2007b) scan within blocks of 64 elements. They draw a line for each block "
-        "at the block's place in the result, and each fragment of the line searches the block for "
-        "its element. Horn (2005) scans the whole stream, and each fragment searches the whole "
-        "scan for its element. A scan of the "
+        "at the block's place in the result. Each fragment of the line is a place of the result, "
+        "and searches the block for the element that goes there. Horn (2005) scans the whole "
+        "stream, and each fragment searches the whole scan. A scan of the "
         "flags alone, the first part of Horn's method, is shown for comparison. The rates are in "
         "million elements of the unreduced stream per second, from medians of alternating runs in "
         "one process.\n\n" + markdown_table(HEADS, shown)))

@@ -74,13 +74,13 @@ def draw(data: Path, out: Path, full: bool) -> None:
              for rays in RAYS for label in METHODS for order in ORDERS
              if (mine := [row for row in found if row[:3] == (rays, label, order)])]
     write_text(out / "simd_width.md", "# Wide SIMD\n\n" + _paragraph(found) + "\n\n" + note
-               + "\n\nA kernel visits a node or tests a triangle. The program has a loop for each "
-               "kernel inside an outer loop. Fragments that branch together form a group. A group "
-               "runs a kernel while any of its fragments waits for the kernel. A fragment is a "
-               "lane of its group. In a kernel run, each lane either works or waits. The number "
-               "in a column's head is the width: how many fragments branch together. The column "
-               "shows the share of lanes that work, in %, over all kernel runs. A packet is one "
-               "fragment. The last two columns show kernel runs per ray at widths 1 and "
+               + "\n\nA kernel visits a node or tests a triangle. The program has an outer loop, "
+               "and in it a loop for each kernel. Fragments that branch together form a group. A "
+               "group runs a kernel while any of its fragments waits for the kernel. A fragment "
+               "is a lane of its group. In a kernel run, each lane either works or waits. The "
+               "number in a column's head is the width: how many fragments branch together. The "
+               "column shows the share of lanes that work, in %, over all kernel runs. A packet "
+               "is one fragment. The last two columns show kernel runs per ray at widths 1 and "
                f"{WIDTHS[-1]}, including the runs in which the lane waits.\n\n"
                + markdown_table(
                    ("rays", "method", "order", *map(str, WIDTHS), "runs at 1",

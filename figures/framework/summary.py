@@ -1,7 +1,7 @@
 """Summary: says which results of the survey are confirmed, contradicted or not tried.
 
-The index page opens with at most ten sentences. Their numbers come from the figures' pages.
-A sentence that would count nothing is left out.
+The index page opens with a list of at most ten points. Their numbers come from the figures'
+pages. A point whose number would be zero is left out.
 """
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Judged:
 
 
 def sentences(pages: dict[str, dict[str, Any]]) -> list[str]:
-    """Return at most ten sentences.
+    """Return the points of the list, at most ten.
 
     ``pages`` maps the name of a figure to the content of its page's JSON file.
     """
@@ -79,9 +79,10 @@ def _list(some: Sequence[Judged], one: str, many: str) -> str:
 
 
 def _order(judged: Sequence[Judged]) -> str:
-    """A sentence on the order of methods in all tables of times, even in tables too small to
+    """Two sentences on the order of methods in all tables of times, even in tables too small to
     judge; "" if no pair of methods was compared."""
-    # Leave out figures that make claims, such as Table 1: Figure 26 counts the pairs of Table 1.
+    # Leave out figures that make claims, such as Table 1. Figure 26 has the pairs of Table 1,
+    # which must not count twice.
     tables = [one.verdict for one in judged if not one.verdict.claims]
     here = [one.renderer or one for one in tables]
     (agreed, pairs), (ours, all_ours), (others, rest) = (
@@ -99,9 +100,9 @@ def _order(judged: Sequence[Judged]) -> str:
 
 
 def _too_little(some: Sequence[Judged]) -> list[str]:
-    """At most four sentences on figures with too little to judge, and on what is missing.
+    """At most four points on figures with too little data to judge, and on the missing data.
 
-    A sentence that would count nothing is left out.
+    A point whose number would be zero is left out.
     """
     lacking = [one for one in some if _enough_with_meshes(one.verdict)]
     never = [one for one in some if one not in lacking]
@@ -109,18 +110,18 @@ def _too_little(some: Sequence[Judged]) -> list[str]:
                       for scene in one.verdict.stand_ins.scenes})
     said = Counter(one.verdict.stand_ins.word for one in some if one.verdict.stand_ins is not None)
     sentences = [
-        (some, f"{counted(len(some), 'figure')} {'rests' if len(some) == 1 else 'rest'} on too "
-         f"little to judge, because a verdict needs {LEAST_SCENES} scored scenes and, where it "
-         f"compares methods, {LEAST_PAIRS} pairs of methods: {_figures(some)}."),
-        (lacking, f"{len(lacking)} of these would rest on enough if the papers' meshes had been "
-         f"found (`gpgpu-rt scenes --fetch` gets most of them): {_figures(lacking)} had stand-ins "
-         f"for {counted(len(missing), 'scene')} ({_and(missing)})."),
-        (said, "Stand-ins are never scored; for the stand-ins of "
-         f"{sum(said.values())} of these figures the same rules would give "
+        (some, f"{counted(len(some), 'figure')} {'has' if len(some) == 1 else 'have'} too little "
+         f"data to judge: {_figures(some)}. A verdict needs {LEAST_SCENES} scored scenes. A "
+         f"verdict that compares methods also needs {LEAST_PAIRS} pairs of methods."),
+        (lacking, f"{len(lacking)} of these figures would have enough data with the papers' "
+         f"meshes: {_figures(lacking)}. Stand-ins replaced {counted(len(missing), 'scene')} "
+         f"({_and(missing)}). `gpgpu-rt scenes --fetch` gets most of the missing meshes."),
+        (said, "Stand-ins are never scored. By the same rules, the stand-ins of "
+         f"{counted(sum(said.values()), 'figure')} would give these verdicts: "
          + _and([f"\"{word}\" for {said[word]}" for word in WORDS if said[word]]) + "."),
         (never, f"{len(never)} of these {'stays' if len(never) == 1 else 'stay'} too small to "
-         "judge even with every mesh that this run asks for, because the survey's numbers compare "
-         f"too few methods or scenes there: {_figures(never)}.")]
+         "judge, even with every mesh that this run asks for: "
+         f"{_figures(never)}. There, the survey's numbers compare too few methods or scenes.")]
     return [sentence for counts, sentence in sentences if counts]
 
 

@@ -32,8 +32,8 @@ class Race(NamedTuple):
 Races = list[Race]
 
 SIZE = 1024
-# The fastest candidates in measurements. The second candidate is the first candidate with shared
-# subtrees, which halve the memory.
+# The fastest candidates in measurements. The second candidate has the options of the first one,
+# and also shares subtrees, which halves the memory.
 _TREE = {"octants": True, "quantise_nodes": 16}
 _EYE = {"packet": (4, 2), "interval_test": True, "entry_points": 32, **_TREE, "reinsertion": 3}
 BEST = (("bvh-packet", _EYE),
@@ -114,8 +114,12 @@ def _first_words() -> list[str]:
 
 
 def _engines(words: Sequence[str] | None) -> Sequence[Engine]:
-    """Return the engines whose names begin with one of ``words`` (whole words, in any case): all
-    engines for None, no engine for "none". Raise OptionError if no engine that can run fits."""
+    """Return the engines whose names begin with one of ``words``.
+
+    Only whole words match; upper and lower case are alike. None means all engines, and the single
+    word "none" means no engine. Raise OptionError if a word names no engine, or only engines that
+    cannot run.
+    """
     if words is None:
         return ENGINES
     if words == [NONE]:
@@ -139,7 +143,7 @@ def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
         named = [(name, options_for(chosen, name)) for name in chosen.methods]
         for name, options in named:
             find_method(name).resolved(options)
-            options.pop("statistics", None)     # `race` counts in an untimed trace
+            options.pop("statistics", None)     # `race` counts work in an untimed trace
         return named
     given, quick = given_options(chosen), [row for row in methods() if _is_quick(row)]
     found = taking(given, quick)
@@ -158,7 +162,8 @@ def _print(scene: str, kind: str, entries: list[Entry], size: int) -> None:
     print(f"{load(scene).name}, {len(load(scene)):,} triangles, "
           f"{entries[0].rays:,} {_rays(kind, size)}")
     compared = _compared(entries)
-    heads = ["method", "options", "Mrays/s", *(["over embreex", "arrays in to out"] * compared),
+    heads = ["method", "options", "Mrays/s",
+             *(["over embreex", "over embreex, with copies"] * compared),
              "spread", "bytes per triangle", *(["against embreex"] * compared)]
     rows = []
     for entry in ranked(entries):
@@ -207,8 +212,8 @@ def _print_notes(gpu: Gpu, found: Races, engines: Sequence[Engine]) -> None:
               f"is the time of the passes on {_renderer(gpu)},\n"
               "and of sorting rays on the host, if any. It excludes copies of arrays. Rows are "
               "sorted by this column\n"
-              "arrays in to out: the same ratio, but our time begins with rays in numpy arrays "
-              "and ends with hits in numpy arrays\n"
+              "over embreex, with copies: the same ratio, but our time begins with rays in numpy "
+              "arrays and ends with hits in numpy arrays\n"
               "against embreex: faster or slower, if all rounds agree")
     print("spread: time of the slowest round divided by the time of the fastest\n"
           "bytes per triangle: size of the method's tables divided by the number of triangles; "

@@ -22,11 +22,12 @@ LANES = WARP[0] * WARP[1]
 
 def growth(trace: KernelTrace, packet: tuple[int, int],
            places: Mapping[str, str]) -> dict[str, float]:
-    """Return each kernel's growth: the lanes that all visits of the warps' packets occupy, divided
-    by the lanes that the visits of the parts occupy.
+    """Return each kernel's growth, which says how much more the large packets cost.
 
-    The growth is 1 if the parts of each warp visit the same places, and the number of parts if no
-    two parts share a place.
+    A visit of a packet costs as many lanes as the packet has rays. The growth is the cost of all
+    visits of the large packets, divided by the cost of all visits of their parts. If the parts of
+    each warp visit the same places, the growth is 1. If no two parts share a place, the growth is
+    the number of parts.
 
     Parameters
     ----------
@@ -48,8 +49,15 @@ def growth(trace: KernelTrace, packet: tuple[int, int],
 
 
 def _growth(warp: np.ndarray, part: np.ndarray, place: np.ndarray, parts: int) -> float:
-    """Return a kernel's growth. For each run of the kernel, ``warp``, ``part`` (below ``parts``)
-    and ``place`` have an entry."""
+    """Return a kernel's growth. The three arrays have one entry for each run of the kernel.
+
+    Parameters
+    ----------
+    warp : the warp whose part runs the kernel
+    part : the part, from 0 to ``parts`` - 1
+    place : the node or the list position that the part visits
+    parts : the number of parts of a warp's packet
+    """
     if not len(place):
         return 1.0
     ordered = (warp.astype(np.int64) << 32 | place) * parts + part

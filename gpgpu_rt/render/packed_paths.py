@@ -39,8 +39,9 @@ from .records import CAME_FROM, RADIANCE, WALK
 
 LEAST = 1 << 11     # texels of the smallest textures; smaller passes would not be faster
 PACKED = ("PACKED_PATHS",)
-# Largest share that the option ``compact`` accepts. With this share, the smaller textures together
-# need three times the memory of a wave.
+# Largest number that the option ``compact`` accepts. The number is the texels of each texture size
+# divided by the texels of the next larger size. With this largest number, all smaller textures
+# together need three times the memory of a wave.
 MOST_SHARE = 0.75
 SHARES = {"auto": 0.25, "on": 0.25, "off": 0.0}
 # Packing saves time in waves of at least this many texels; see docs/path-tracing.md.
@@ -130,8 +131,8 @@ class PackedPaths:
     drawer : the integrator, whose passes trace and pack the paths
     size : (width, height) of a wave
     precision : the precision of the textures
-    share : pack paths into the next smaller textures if at most this share of the texels contains
-        live paths; 0 turns packing off
+    share : pack paths into smaller textures if at most this share of the texels contains live
+        paths; 0 turns packing off
     """
 
     def __init__(self, drawer: Integrator, size: tuple[int, int], precision: Precision,
@@ -152,8 +153,9 @@ class PackedPaths:
 
     def pack(self, level: PathTextures, live: int) -> PathTextures:
         """Pack ``live`` paths into the smallest textures that hold the paths, and return these
-        textures. First add the paths' light to their original texels. If no smaller textures hold
-        the paths, return ``level``.
+        textures. If no smaller textures hold the paths, return ``level``.
+
+        Before it packs, the method adds the light of packed paths to their original texels.
 
         Parameters
         ----------
@@ -212,8 +214,8 @@ def share_of(options: Mapping[str, Any], texels: int = AUTO) -> float:
 
 def packed_sizes(size: tuple[int, int], share: float) -> list[tuple[int, int]]:
     """Return the sizes of the textures for packed paths: ``share``, share^2, share^3 ... of a
-    wave's texels, rounded up to whole squares, and at least LEAST. The list is empty if the wave
-    has more texels than float32 can count."""
+    wave's texels, rounded up to whole squares. Sizes of less than LEAST texels are left out. The
+    list is empty if the wave has more texels than float32 can count."""
     texels, sizes = size[0] * size[1] * share, []
     while LEAST <= texels and _elements(size) < EXACT_INTEGER:
         sizes.append(squares(int(np.ceil(texels))))

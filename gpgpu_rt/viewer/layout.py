@@ -4,11 +4,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 LOW = 66                # height of the bottom panel
-# Initial width of the left panel, width of the help, initial height of a ray's table.
+# PANEL: initial width of the left panel. HELP: width of the help. TABLE: initial height of a ray's
+# table.
 PANEL, HELP, TABLE = 340, 330, 220
-LEAST_PANEL = 220       # Smallest width of the left panel in a window that is wide enough.
-# The left panel has at most this share of the window's width, the help at most this share of the
-# remaining width, and a ray's table at most this share of the height above the bottom panel.
+LEAST_PANEL = 220       # smallest width of the left panel; MOST_SHARE can make it narrower
+# Largest share that a part gets. The left panel gets a share of the window's width, the help a
+# share of the remaining width, and a ray's table a share of the height above the bottom panel.
 MOST_SHARE = 0.5
 
 

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 
 def line_of(viewer: Viewer) -> tuple[str, str]:
-    """Return the shell command that makes the shown picture, and a note about what it draws or
-    writes. If no command makes the picture, return "" and the reason."""
+    """Return the shell command that makes the shown picture, and a note about the command's
+    result. If no command makes the picture, return "" and the reason."""
     if viewer.mode == "picture":
         return (viewer.selection.line(viewer.view, viewer.size, f"{viewer.scene.name}.png",
                                       viewer.scene.camera),
@@ -34,7 +34,7 @@ def _heat(viewer: Viewer) -> tuple[str, str]:
              f"--size={width}x{height}", *camera_words(viewer.view, viewer.scene.camera),
              f"--output={viewer.scene.name}-heat.png"]
     return (shlex.join(["gpgpu-rt", *words]),
-            "makes the same counts on the same scale, as whole maps side by side with titles")
+            "draws the same counts on the same scale; whole maps stand side by side, with titles")
 
 
 def _passes(viewer: Viewer) -> tuple[str, str]:
@@ -47,7 +47,7 @@ def _passes(viewer: Viewer) -> tuple[str, str]:
              f"--size={width}x{height}", *camera_words(viewer.view, viewer.scene.camera),
              f"--output={viewer.scene.name}-passes"]
     return (shlex.join(["gpgpu-rt", *words]),
-            "writes every pass over the same rays to a folder, as pictures in another layout")
+            "writes a picture of every pass to a folder; same rays, but another layout")
 
 
 def _in_passes(viewer: Viewer) -> dict[str, Any]:

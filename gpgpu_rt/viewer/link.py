@@ -1,7 +1,7 @@
 """The link between Dear ImGui and a moderngl window.
 
-moderngl-window's own link supports only ImGui before 1.92: all textures are created at the start.
-Since 1.92, ImGui asks its renderer to create and to update textures at any time.
+moderngl-window's own link creates all textures at the start, so it supports only ImGui before
+1.92. Since 1.92, ImGui asks its renderer to create and to update textures at any time.
 """
 from __future__ import annotations
 

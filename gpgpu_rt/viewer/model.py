@@ -125,8 +125,8 @@ class Viewer:
         self.camera = self._home
 
     def choose(self, selection: Selection) -> None:
-        """Change the selection in the second call of `step` from now, so that a window can show
-        ``busy`` first."""
+        """Request another selection. The next call of `step` only lets a window show ``busy``; the
+        call after that changes the selection."""
         if selection != self.selection:
             self._wanted, self.message = selection, ""
 
@@ -171,8 +171,8 @@ class Viewer:
         self._insist, self.failed = True, ""
 
     def follow(self, pixel: tuple[int, int]) -> None:
-        """Trace only a pixel's ray, in the second call of `step` from now, and store the ray's
-        path in ``path``."""
+        """Request the path of a pixel's ray. The next call of `step` only lets a window show
+        ``busy``; the call after that traces the ray and stores its path in ``path``."""
         self._asked = tuple(pixel)
 
     # Work ----------------------------------------------------------------------------------

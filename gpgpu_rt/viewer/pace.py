@@ -4,10 +4,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 MOVING = 0.07       # limit in seconds for a picture while the camera moves
-# Limit in seconds for the next picture while the camera rests.
+# Limit in seconds for a picture while the camera rests.
 AT_REST = 0.6
-# Limit in seconds for the next finer picture, if every finer picture exceeds AT_REST. The user
-# must request pictures that are slower still.
+# If all pictures finer than the shown one exceed AT_REST, this limit decides whether the coarsest
+# of them is drawn. Only the user's request starts a slower picture.
 PATIENCE = 3.0
 STALE = 3.0         # seconds after which a measured time is ignored, unless it is the newest time
 DIVISORS = (1, 2, 3, 4, 6, 8, 12, 16)   # divisors of width and height; 1 draws every pixel
@@ -49,8 +49,8 @@ class Pace:
     def resting(self, shown: int | None) -> int | None:
         """Return the divisor of the next picture, which is finer than ``shown``, or None.
 
-        The next picture is the finest whose estimated time is at most ``AT_REST``, or else the
-        next finer picture if its estimated time is at most ``PATIENCE``.
+        Choose the finest picture whose estimated time is at most ``AT_REST``. If there is none,
+        choose the coarsest picture that is finer than ``shown``, unless it exceeds ``PATIENCE``.
         """
         finer = [d for d in DIVISORS if shown is None or d < shown]
         if not finer:

@@ -28,7 +28,8 @@ class Panels:
 
     Attributes
     ----------
-    help, shown : whether the list of keys is shown, and whether any panel is shown
+    help : whether the list of keys is shown
+    shown : False hides all panels, the list of keys too
     """
 
     def __init__(self, viewer: Viewer, link: Link, save: Callable[[], None]) -> None:

@@ -10,7 +10,7 @@ from .overlay import projected
 from .ray_path import RayPath, edges_of
 from .style import BOX, CHOSEN_BOX, LAST_BOX, OUTLINE, RAY
 
-MOST_BOXES = 80         # draw at most this many boxes, the path's last boxes
+MOST_BOXES = 80         # a longer path shows only its last MOST_BOXES boxes
 
 
 def draw_path(path: RayPath, camera: Camera, rect: Rect) -> None:

@@ -44,8 +44,8 @@ class RayPath:
     ----------
     pixel : (x, y) of the picture, row 0 at the top
     size : (width, height) of the picture in pixels
-    columns, rows : a table with a row for each counted pass: the pass, its kernel, the next
-        kernel, the fields of the ray's state, and the nearest hit so far
+    columns, rows : a table with a row for each counted pass (see ``count``): the pass, its
+        kernel, the next kernel, the fields of the ray's state, and the nearest hit so far
     origin : (3,) start of the ray
     end : (3,) the ray's hit, or a point outside the scene if the ray misses
     boxes : (k, 2, 3) lower and upper corners of the visited nodes or cells, in order; may be empty

@@ -28,7 +28,8 @@ def option_words(options: Mapping[str, Any], known: tuple[Option, ...]) -> list[
     words = []
     for name, value in options.items():
         text = word(value)
-        # `word` writes a tuple as 4x2, which is right only for a choice. Write others as x,y,z.
+        # `word` writes a tuple as 4x2. If the option has no choices, the tuple is a vector: write
+        # it as x,y,z.
         if table[name].choices is None and isinstance(value, tuple):
             text = ",".join(map(str, value))
         words.append(f"--{name.replace('_', '-')}={text}")

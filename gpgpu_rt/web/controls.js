@@ -129,7 +129,7 @@ function played(from, drawn, camera, side) {
     };
 }
 
-// The cost of pictures, to choose a size that answers at once ----------------------
+// The time of pictures, to choose a picture's size while the camera turns ----------
 
 const costs = new Map();
 function costKey(name) {
@@ -147,8 +147,8 @@ function quick() {
     return {name: names[names.length - 1], side: SIDES[SIDES.length - 1]};
 }
 
-// Returns a noun for what the field `steps` of a state counts. A step of the slider is a turn (passes.js). In a turn, a
-// packet may also push, pop or leave a leaf; its field `steps` does not count such a turn.
+// Returns the name of the unit in which a state's field `steps` counts. A packet's field counts only visits and tests.
+// The slider also counts the turns (passes.js) in which a packet pushes, pops or leaves a leaf.
 const stepNoun = (drawn) => drawn.packets ? "visits and tests" : "steps";
 
 // The counts of a whole search ------------------------------------------------------------------------------
@@ -249,8 +249,8 @@ function describe(x, y) {
 
 // Choices -------------------------------------------------------------------------------------------------
 
-// Chooses the page's selected method, the schedule `name`, and the picture's step `most` (null: the whole search). If
-// the method has a single schedule, `chosen.asked` keeps the reader's last choice for the next method.
+// Chooses the page's selected method, the schedule `name`, and the picture's step `most` (null: the whole search). A
+// method with a single schedule leaves `chosen.asked` as it is, so that the reader's choice holds for the next method.
 function choose(name, most) {
     chosen.method = page.methods.find(({name}) => name === element("method").value);
     const names = Object.keys(chosen.method.schedules), list = element("schedule");
@@ -324,7 +324,7 @@ function sideways(eye, camera) {
 function remember() {
     const choices = new URLSearchParams({method: chosen.method.name, schedule: chosen.schedule,
                                          rays: element("size").value});
-    if (chosen.most !== null) choices.set("pass", chosen.most);     // `loop` keeps the step for the next method
+    if (chosen.most !== null) choices.set("pass", chosen.most);     // also under `loop`, for the next method
     if (chosen.heat) choices.set("heat", chosen.scale || 1);
     if (chosen.ray) choices.set("ray", chosen.ray.map((at) => Number(at.toFixed(4))).join(","));
     const {camera} = chosen;
@@ -336,7 +336,7 @@ function remember() {
     }
 }
 
-// What each part of the address may be.
+// Part of the address -> a function that says whether a text is valid there.
 const UNDERSTOOD = {
     method: (text) => runnable.some(({name}) => name === text),
     schedule: (text, method) => Object.hasOwn(method.schedules, text),
@@ -386,8 +386,8 @@ function recall() {
     chosen.camera = understood("eye") ? {...page.camera, eye} : page.camera;
     if (!["schedule", "pass", "ray"].some((name) => choices.has(name))) {
         const {costs, test, schedules} = runnable.find(({name}) => name === element("method").value);
-        // `costs.ray` is a place in the picture of the test rays, which has this size and the scene's camera. In any
-        // other picture, another ray goes through this place.
+        // `costs.ray` is the place of the test ray with the most steps. The test rays have `test.side` and the scene's
+        // camera. In any other picture, another ray goes through this place.
         chosen.ray = chosen.side === test.side && chosen.camera === page.camera ? costs.ray : null;
         return [OPENS[0], schedules.step ? costs.step : null];
     }

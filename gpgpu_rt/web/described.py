@@ -1,10 +1,10 @@
 """Describes a schedule's passes for the web page, from the passes that a tracer draws.
 
 The host observes the passes that trace test rays. Two passes are equal if they have the same
-program, inputs and target. The description lists the passes before the first repeated pass, and
-then a cycle, the passes that repeat. Under ``kernels``, each kernel has a cycle. The page's script
-(passes.js) repeats cycles until no ray is alive. A cycle consists of turns. Each turn begins with
-the cycle's first program, and successive turns may write to different targets.
+program, inputs and target. The description has two parts: passes that run once, and a cycle of
+passes that repeat. Under ``kernels``, each kernel has a cycle. The page's script (passes.js)
+repeats cycles until no ray is alive. A cycle consists of turns. Each turn begins with the cycle's
+first program, and successive turns may write to different targets.
 """
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ class Described:
                 inputs[sampler] = f"table:{self._tables.texture(texture)}"
             else:
                 raise NotInBrowser(f"neither a pass nor a table provides {sampler}")
-        # The page has the program's printed form, which computes the same bits.
+        # Give the page the text for readers. It computes the same bits as the tracer's program.
         sized, fragment = self._sized(one), program_text(self._printed[one.texts[1]])
         if self._packets:
             fragment = without_do(fragment)

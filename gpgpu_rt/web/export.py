@@ -126,8 +126,10 @@ def export_method(scene: Scene, name: str, tables: PageData) -> WebMethod:
 
 
 def _hand_back(tracer: Tracer) -> None:
-    """Trace the last call's rays again, and draw the pass that copies the packets' hits to their
-    rays. The page needs this pass."""
+    """Trace the last call's rays again, now with the pass that copies hits from packets to rays.
+
+    The page needs this pass. The tracer itself reads the hits without it.
+    """
     session = tracer.session
     rays, buffers = session.buffers.of((TEST_SIDE, TEST_SIDE))
     session.driver.run(rays, buffers, tracer.statistics)[0].samplers()

@@ -18,8 +18,8 @@ import numpy as np
 PREDICTIONS = ("none", "previous", "row", "fresh")
 MOST_TEXELS = 4     # largest number of texels in a row
 SAMPLE = 1 << 13    # number of rows from which the prediction of a column is chosen
-# Another column, the key, can divide a column into classes: the key's value 0, 1, 2, ... is the
-# class of the row. CLASSES is the last class, which also holds the rows of all larger values.
+# The rows of a column can be divided into classes, each with its own codes. The value of another
+# column, the key, is the row's class. Larger values than CLASSES are in the class CLASSES.
 CLASSES = 3
 
 
@@ -45,7 +45,7 @@ def packed_table(values: np.ndarray) -> dict[str, Any]:
 
 
 class _Columns:
-    """A table with ``width`` columns. Each column has the codes that pack SAMPLE rows of it best.
+    """A table with ``width`` columns. Each column has the codes that pack SAMPLE of its rows best.
 
     Attributes
     ----------

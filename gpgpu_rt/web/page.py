@@ -26,9 +26,9 @@ HERE = Path(__file__).parent
 # The page joins these files, in this order, into a single script.
 SCRIPTS = ("vectors.js", "unpack.js", "player.js", "passes.js", "selftest.js", "path.js",
            "visits.js", "space.js", "charts.js", "program.js", "controls.js", "start.js")
-# The page's own programs, which show and count the rays, and the constants of programs and
-# scripts.
+# The programs that belong to no method: they show and count the rays.
 OWN = {"whole": "drivers/full_screen.vert", "show": "web/show.frag", "alive": "web/alive.frag"}
+# Constants of these programs and of the scripts.
 CONSTANTS = {"NO_TRIANGLE": NO_TRIANGLE, "TILE": TILE, "HEAT_COLOURS": len(RAMP)}
 SIDE = 512          # side of the canvas in pixels
 # The numbers of rays across the picture. The page opens with TEST_SIDE rays, so that its opening

@@ -73,7 +73,7 @@ class PageData:
 
     def _triangle_rows(self, texels: np.ndarray) -> np.ndarray | None:
         """Return the triangle and the field ``last`` of each row of a triangle table, (n, 2).
-        Return None if these values do not give the same table to the bit."""
+        Return None if a table made from these values would differ from ``texels`` in a bit."""
         if texels.shape[1] != 4 or not len(self._corners):
             return None
         rows = np.zeros((-(-len(texels) // 3), 3, 4), np.float32)

@@ -41,8 +41,8 @@ async function trace(schedule, camera, width, height,
     check();
     while (schedule.repeats && turns < most && !stopped()) {
         // The turns of a single cycle may write to two targets alternately. A ray that has ended must be drawn for one
-        // more turn, which writes its last state into the other target too. So count the live rays in the states
-        // before the last turn.
+        // more turn, which writes its last state into the other target too. So the trace ends only if no ray was
+        // alive before the last turn.
         const known = cycles.length > 1 ? present : before;
         if (known) {
             live = look(schedule, known.states, place);
@@ -94,8 +94,8 @@ function bound(pass, made, output, textures, own, rays) {
     return (live) => draw(pass.vertex, pass.fragment, into, uniforms, inputs, ...spread(live, into));
 }
 
-// Returns the rectangles of live rays in a target (null: the whole target), and the side of their unit in texels. A
-// unit is the part of the target that one state covers. Each tile of an atlas gets all rectangles.
+// Returns the rectangles of live rays in a target (null: the whole target), and the rectangles' unit in texels. The
+// unit is the side of the square of the target that one state covers. Each tile of an atlas gets all rectangles.
 function spread(live, {tile, across, levels}) {
     const [width, height] = live ? live.size : tile, texels = tile[0] / width;
     if (!live || !live.corners || !Number.isInteger(texels) || tile[1] !== texels * height

@@ -182,7 +182,7 @@ class Workers:
         Raises
         ------
         ValueError
-            if shapes do not match, or for invalid rays; the message names the first
+            if shapes do not match, or a ray is invalid; the message names the first invalid ray
         Error
             as for ``map``; and the errors of ``Tracer``
         """

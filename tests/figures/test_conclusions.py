@@ -228,7 +228,7 @@ def test_the_cpu_s_rays_a_gflop(tmp_path: Path) -> None:
     page = (tmp_path / "cpu.md").read_text()
     assert "1917 Mrays/s" in page  # the survey prints 1,887
     assert "1 GHz (a guess) times 50 operations per clock" in page
-    assert f"times cores, 1 for {CORES} threads" in page
+    assert f"times the number of cores, which is 1 for {CORES} threads" in page
     assert (tmp_path / one["file"]).exists()
 
 

@@ -166,8 +166,9 @@ def test_quantised_nodes_are_smaller(bits: int, least: float, octants: bool) -> 
 @pytest.mark.parametrize("bits", [16, 8])
 def test_quantised_octants_hit_the_same(bits: int) -> None:
     """A tree has a copy for each octant of directions. Along an axis, the copy swaps the two
-    bounds of a box if the octant's rays meet the upper bound first. Quantising moves the bounds of
-    a flat box apart, so the copy must swap bounds after quantising. The hits stay the same."""
+    bounds of a box if the octant's rays meet the upper bound first. The bounds of a flat box are
+    equal, but quantising rounds the lower one down and the upper one up. If the copy swapped the
+    bounds first, they would end in the wrong order, and rays would miss the box."""
     scene = rt.load_scene("cornell")
     rays = RAY_SETS["random"](scene, 400, 3)
     answers = []

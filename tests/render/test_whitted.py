@@ -60,8 +60,9 @@ def test_a_slab_of_glass_reflects_and_lets_through_by_fresnel(ior: float) -> Non
     """The expected radiance is a sum over all paths that leave the slab after at most six turns.
 
     A turn is a reflection or a refraction. The sky is brighter behind the slab than in front of
-    it. Light that is still inside after six turns is reflected and refracted once more. Each of
-    these two shares gets the radiance of the sky in the share's direction.
+    it. Light that is still inside after six turns splits once more into a reflected share and a
+    refracted share. No further ray is traced: each share gets the radiance of the sky in its
+    direction, even the reflected share, which stays inside.
     """
     camera = rt.Camera((0, 0, 3), (0.8, 0.5, 0), fov=70)
     slab = boxes((-500, -500, -0.5), (500, 500, 0.5))

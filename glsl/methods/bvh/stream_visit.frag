@@ -1,7 +1,8 @@
 #version 330 core
-// Filters a ray stream: each ray tests the boxes of its node's children. Flags say whether the ray goes on
-// to an inner node, whether a farther child waits, whether the ray is at a leaf, and whether the ray has
-// visited a node.
+// Filters a ray stream: each ray tests the boxes of its node's two children. The ray's next node is the
+// nearest child that it hits, or its present node if that is a leaf. Each ray writes four flags: the next
+// node is an inner node; the ray also hits a farther child; the next node is a leaf; the ray has tested two
+// boxes.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

@@ -127,8 +127,8 @@ class _Tables:
             high = on[pivot[on] != parent[nodes[on]]]
             beside[high] = np.maximum(beside[high], box[sibling[high]])
             freed[high] += area[pivot[high]] - _half_area(beside[high])
-            # The pivot itself is a place, too: a new parent of the pivot and the subtree would
-            # have the pivot's old box.
+            # The pivot itself is a place, too. A new parent of the pivot and the subtree has the
+            # pivot's old box, so the move costs the area of this box.
             self._store_better(moves, high, pivot[high], pivot, freed[high] - area[pivot[high]])
             sibling[on] = self._sibling(pivot[on])
             pivot[on] = parent[pivot[on]]

@@ -67,7 +67,8 @@ def _accelerator(bvh: Bvh, kept: _Kept, triangles: np.ndarray,
     fields, uniforms = layout.fields(bvh, options)
     lo, hi = scene_box(bvh)
     width, height = options.get("packet", (1, 1))
-    ends = 1 if options.get("entry_points") else 0    # a step that finds the end of an entry list
+    # With entry points, a walk starts at a list of nodes and needs a step to find the list's end.
+    ends = 1 if options.get("entry_points") else 0
     return Accelerator(
         {**triangle_table(triangles, bvh.order, kept.last), layout.record(options).name: fields},
         {"scene_lo": tuple(lo), "scene_hi": tuple(hi), **layout.uniforms, **uniforms},
@@ -118,8 +119,8 @@ _STREAMS = Option("streams", False, "instead of packets, trace a stream of (ray,
                       "packet", "octants", "interval_test", "vertex_culling", "entry_points"),
                   label="streams, not packets")
 _STREAM_SIZE = Option("stream_size", 1 << 15, "with streams: largest number of (ray, node) pairs "
-                      "in a pass; the smaller the number, the more closely rays visit nodes from "
-                      "near to far", int,
+                      "in a pass; with fewer pairs, the order in which a ray visits nodes is "
+                      "closer to near-to-far order", int,
                       minimum=1, goes_with=("streams", (True,)), label="pairs per pass")
 _REBUILD = Option("rebuild_ratio", REBUILD_RATIO, "rebuild the tree of moved triangles when the "
                   "SAH cost of the refitted tree is this many times the cost of the last build; "
@@ -142,7 +143,7 @@ _RAY = "methods/bvh/packet_ray.glsl"
 
 
 def _stepwise(options: Options) -> Stepwise:
-    """Return the state, kernels and GLSL file of a packet under ``step``.
+    """Return a packet's state, kernels and GLSL files for the schedule ``step``.
 
     With ``octants``, a packet goes along escape indices; otherwise, it has a stack.
     """
@@ -161,7 +162,8 @@ def _own_array(options: Options) -> bool:
 
 
 def _stack_row(name: str, summary: str, **more: Any) -> Method:
-    """Return a row of Günther's method. ``state`` is the record of a ray, not of a packet."""
+    """Return a row of Günther's method. The row's field ``state`` is the record of a ray; the
+    function in its field ``packet_state`` returns a packet's record."""
     return Method(
         name=name, summary=summary, citation="Günther et al. 2007",
         glsl=f"methods/bvh/{name.replace('-', '_')}.glsl", kernels=("step_packet",),
@@ -211,8 +213,8 @@ ROWS = (
         "bvh-stack", "traverses a BVH with a stack per ray, the nearer child first",
         options=(*BUILD_OPTIONS, _QUANTISE, _REBUILD), **_family(lambda options: Pairs)),
     _stack_row(
-        "bvh-packet", "traverses a BVH by packets with a shared stack; the child that most rays "
-        "reach first comes first",
+        "bvh-packet", "traverses a BVH by packets with a shared stack; a packet first visits "
+        "the child that is nearer for most of its rays",
         options=(*BUILD_OPTIONS, PACKET, _OCTANTS, _SHARED, _QUANTISE,
                  _INTERVAL_TEST, VERTEX_CULLING, PACKET_ENTRIES, _STREAMS, _STREAM_SIZE, _REBUILD),
         packet=True,

@@ -34,7 +34,7 @@ def test_zeros_give_a_catmull_rom_spline() -> None:
     ((1, 0, 0), (0, 0), (0, 0)),            # tension 1: no tangents
     ((-1, 0, 0), (1, 1), (1, 1)),           # tension -1: tangents of twice the length
     ((0, -1, 0), (0, 1), (1, 0)),           # continuity -1: straight lines with corners
-    ((0, 1, 0), (1, 0), (0, 1)),            # continuity 1: corners the other way
+    ((0, 1, 0), (1, 0), (0, 1)),            # continuity 1: tangents of continuity -1, swapped
     ((0, 0, 1), (1, 0), (1, 0)),            # bias 1: tangents of the step before
     ((0, 0, -1), (0, 1), (0, 1)),           # bias -1: tangents of the step after
     ((0.5, 0.25, -0.5), (0.15625, 0.28125), (0.09375, 0.46875))])

@@ -1,7 +1,7 @@
 #version 330 core
-// Writes a reference (a triangle in a leaf's list) of the finished tree. The n-th reference of a leaf is
-// its n-th piece (zhou.glsl). A small leaf marks its pieces in a mask. A large leaf has no mask; its pieces
-// are adjacent.
+// Writes a reference (a triangle in a leaf's list) of the finished tree. A piece is the part of a triangle
+// in a node. The n-th reference of a leaf names the triangle of the leaf's n-th piece. A small leaf marks
+// its pieces in a mask. A large leaf has no mask; its pieces are adjacent.
 
 #include <records>
 #include "core/stream.glsl"
