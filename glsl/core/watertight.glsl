@@ -1,13 +1,13 @@
-// The watertight triangle test: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013,
-// without its fallback to a wider format. An edge function depends on its two vertices only. The triangle
+// The triangle test of Woop, Benthin and Wald: "Watertight Ray/Triangle Intersection", JCGT 2013. It lacks
+// the paper's fallback to a wider format. An edge function depends on its two vertices only. The triangle
 // across the edge computes the same value with the opposite sign, so no ray leaks between these triangles.
 //
 // Departures:
-// - The paper swaps two axes to keep the winding; here both windings are accepted.
-// - The ray must also pass through the sheared triangle's box, by exact comparisons. An edge function that
-//   rounds to zero counts for both signs, so without the box a tiny triangle would be "hit" from far away.
-// - The paper interpolates t from the depths of the sheared corners, a sum whose terms cancel near a long
-//   thin triangle. Here t is the distance of the triangle's plane, clamped to the range of the depths.
+// 1. The paper swaps two axes to keep the winding. Here both windings are accepted.
+// 2. The ray must also pass through the sheared triangle's box, by exact comparisons. An edge function that
+//    rounds to zero counts for both signs, so without the box a tiny triangle would be "hit" from far away.
+// 3. The paper interpolates t from the depths of the sheared corners, a sum whose terms cancel near a long
+//    thin triangle. Here t is the distance of the triangle's plane, clamped to the range of the depths.
 
 // Return a corner sheared so that the ray is the z axis: x and y are the offset from the ray, and z is the
 // depth. The corner p is relative to the ray's origin and has permuted axes.

@@ -20,10 +20,11 @@ from .tile_bounds import SIDE, TileBounds
 # mostly wait for the interpreter lock. Larger blocks leave the cache before their bounds are
 # computed.
 FEW, AT_ONCE = 1 << 16, 1 << 18
-ROW = 1024   # rays in a row of the texture if the caller gives no shape
-# The result for a block of rays: the indices of invalid rays; exponents that scaled directions;
-# shifts that advanced origins, in units of t; and the start (origin and t_min) that all rays of
-# the block share. Exponents or shifts are None if all are 0. The start is None if rays differ.
+# Rays in a row of the texture if the caller gives no shape.
+ROW = 1024
+# The result for a block of rays: the indices of invalid rays, exponents that scaled directions,
+# shifts that advanced origins (in units of t), and the start of all rays (origin and t_min).
+# Exponents or shifts are None if all are 0. The start is None if rays start differently.
 _Laid = tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]
 _ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
 
