@@ -19,7 +19,8 @@ ROOT = Path(rt.__file__).parents[1]
 FOLDERS = ("gpgpu_rt", "glsl", "figures", "docs", "examples", "README.md", "CONTRIBUTING.md")
 TEXTS = (".py", ".md", ".glsl", ".frag", ".vert", ".csv", ".json")
 MADE = ("figures/data", "figures/out")     # made by `make figures`
-NOT_WORKS = {"ComputerBase 2006"}    # a magazine's review of a card
+# A magazine's review of a card; a card and its year in a printed table.
+NOT_WORKS = {"ComputerBase 2006", "Ultra 2004"}
 # Works that were once cited with a wrong section -> the section that discusses the work.
 DISCUSSED = {"Arvo and Kirk 1987": "5", "Mortensen et al. 2007": "5",
              "Waechter and Keller 2006": "4.4", "Lauterbach et al. 2009": "5",
