@@ -11,7 +11,7 @@ Differences:
   several triangles. ``intersects_location`` returns each place once, with its first triangle.
   ``intersects_id`` returns all triangles of a place, as trimesh's own engine does. With
   ``coincident=False``, it returns only the first triangle, as trimesh's Embree engine does.
-* An invalid ray hits nothing. The length of a direction has no effect.
+* An invalid ray hits nothing. Multiplying directions by a power of two changes nothing.
 """
 from __future__ import annotations
 

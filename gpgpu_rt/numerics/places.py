@@ -2,9 +2,11 @@
 hits.
 
 Two hits of a ray belong to the same place if their t are equal within the float32 error bounds of
-``error_bounds.py``. There are two exceptions. Hits at equal t belong to two places if float64
-proves that the ray hits both triangles at different t. Hits at different t belong to the same
-place if their triangles share an edge and show the same side, and float64 disproves one hit.
+``error_bounds.py``. There are three exceptions. Hits at equal t belong to two places if float64
+proves that the ray hits both triangles at different t. They also belong to two places if float64
+disproves a hit, and no other hit of the place shows the same side: the ray then enters or leaves
+the mesh beside the triangle. Hits at different t belong to the same place if their triangles share
+an edge and show the same side, and float64 disproves one hit.
 """
 from __future__ import annotations
 
@@ -47,7 +49,8 @@ def first_hits_of_places(ray: np.ndarray, t: np.ndarray, corners: np.ndarray,
     new[1:] &= ~((np.diff(ray[rows]) == 0) & (sharp.possible[1:] != sharp.possible[:-1])
                  & _side_by_side(*pairs[::2]))
     group = np.cumsum(new)
-    first = rows[_nearest_first(group, exact, np.where(sharp.possible, sharp.t_bound, np.inf))]
+    first = rows[_nearest_first(group, exact, np.where(sharp.possible, sharp.t_bound, np.inf),
+                                _shows_front(*pairs[::2]))]
     # Merge the lone hits with the first hits of the other places. The places of a ray stay in the
     # order of t.
     found = np.concatenate([np.flatnonzero(alone), first])
@@ -86,10 +89,15 @@ def _side_by_side(corners: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Return whether each triangle but the first shares an edge with the triangle before it, and
     both show the same side to their rays, (m - 1,) bool."""
     shared = (corners[1:, :, None] == corners[:-1, None]).all(axis=3).sum(axis=(1, 2))
+    front = _shows_front(corners, directions)
+    return (shared == 2) & (front[1:] == front[:-1])
+
+
+def _shows_front(corners: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Return whether each triangle shows its front to its ray, (m,) bool."""
     corners = corners.astype(np.float64)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    front = (normals * directions).sum(axis=1) < 0
-    return (shared == 2) & (front[1:] == front[:-1])
+    return (normals * directions).sum(axis=1) < 0
 
 
 def _begins(group: np.ndarray, t: np.ndarray, reach: np.ndarray) -> np.ndarray:
@@ -103,22 +111,30 @@ def _begins(group: np.ndarray, t: np.ndarray, reach: np.ndarray) -> np.ndarray:
     return new
 
 
-def _nearest_first(group: np.ndarray, t: np.ndarray, sharp: np.ndarray) -> np.ndarray:
+def _nearest_first(group: np.ndarray, t: np.ndarray, sharp: np.ndarray, front: np.ndarray
+                   ) -> np.ndarray:
     """Return the rows of the first hits of places, (k,), group by group, nearest places first.
 
     Parameters
     ----------
-    group : (m,) int, ascending; hits that float32 cannot separate have the same number
+    group : (m,) int, ascending from 1; hits that float32 cannot separate have the same number
     t : (m,) float64, where the ray of a hit meets the triangle's plane
     sharp : (m,) float64, error bound of t in float64; inf where float64 proves a miss. Such a hit
-        belongs to the first place of its group
+        belongs to the first place of its group that shows the same side. If there is no such
+        place, the ray has entered or left the mesh beside the triangle, at a place of its own
+    front : (m,) bool, whether the hit shows the triangle's front
     """
     order = np.lexsort((t, ~np.isfinite(sharp), group))
     group, t, sharp = group[order], t[order], sharp[order]
-    known = np.isfinite(sharp)
+    known, side = np.isfinite(sharp), 2 * group + front[order]
     first = np.r_[True, np.diff(group) > 0]
     place = np.cumsum(first | known & _begins(group, t, np.where(known, sharp, 0))) - 1
-    place = np.where(known, place, place[first][np.cumsum(first) - 1])
-    rows = np.full(place.max() + 1, len(order))
+    # The place of the first hit of each side of a group. A disproved hit that is the first of its
+    # side begins a place. In the order of `side`, hits of a side stay in the order of t.
+    _, leader, member = np.unique(side, return_index=True, return_inverse=True)
+    lost = ~known & ~known[leader[member]]
+    place = np.where(lost, len(order) + member, np.where(known, place, place[leader[member]]))
+    _, nearest, place = np.unique(place, return_index=True, return_inverse=True)
+    rows = np.full(len(nearest), len(order))
     np.minimum.at(rows, place, order)
-    return rows
+    return rows[np.lexsort((t[nearest], group[nearest]))]

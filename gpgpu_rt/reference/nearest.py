@@ -228,12 +228,17 @@ def as_triangles(scene_or_triangles: Any) -> np.ndarray:
     Raises
     ------
     ValueError
-        the shape is wrong
+        the shape is wrong, or a corner is not finite in float32
     """
     triangles = getattr(scene_or_triangles, "triangles", scene_or_triangles)
-    triangles = np.asarray(triangles, np.float32).astype(np.float64)
+    with np.errstate(over="ignore"):
+        triangles = np.asarray(triangles, np.float32).astype(np.float64)
     if triangles.shape[1:] != (3, 3):
         raise ValueError(f"triangles have shape {triangles.shape}; expected (m, 3, 3)")
+    finite = np.isfinite(triangles).all(axis=(1, 2))
+    if not finite.all():
+        raise ValueError(f"triangle {int(np.argmin(finite))} has a corner that is not finite in "
+                         "float32; repair, rescale or drop it")
     return triangles
 
 

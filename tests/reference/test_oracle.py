@@ -102,6 +102,8 @@ def test_scale_changes_nothing(way: str, exponent: int) -> None:
 @pytest.mark.parametrize("bad", [
     dict(origins=np.zeros((2, 2))), dict(directions=np.ones((3, 3))), dict(invalid="ignore"),
     dict(scene_or_triangles=np.zeros((4, 3))), dict(directions=np.zeros((2, 3))),
+    dict(scene_or_triangles=np.full((1, 3, 3), np.nan)),
+    dict(scene_or_triangles=np.full((1, 3, 3), 1e39)),
     dict(directions=np.full((2, 3), np.inf)), dict(t_max=np.nan)])
 def test_bad_arguments(bad: dict) -> None:
     """Arguments of wrong shapes or values raise ValueError."""
