@@ -291,4 +291,9 @@ def print_filled(text: str) -> None:
 def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     widths = [max(len(str(row[k])) for row in [heads, *rows]) for k in range(len(heads))]
     for row in [heads, ["-" * w for w in widths], *rows]:
-        print("  ".join(str(cell).ljust(w) for cell, w in zip(row, widths)).rstrip())
+        print_row(row, widths)
+
+
+def print_row(cells: Sequence[str], widths: Sequence[int]) -> None:
+    """Print a row of a table at once. ``widths`` gives the width of each column in characters."""
+    print("  ".join(str(cell).ljust(w) for cell, w in zip(cells, widths)).rstrip(), flush=True)

@@ -140,9 +140,7 @@ def checked_form(card: Card, method: str, form: str | None = None) -> str:
     OptionError
         if no form is known, or the card could not have run the method
     """
-    if card.chip not in FORMS:
-        raise OptionError(f"no times are predicted for the {card.name}; give a card of "
-                          + ", ".join(FORMS))
+    check_predicted(card)
     if limit := limit_of(card, method):
         raise OptionError(f"the {card.name} could not have run method {method}, which "
                           f"{limit.says}; give another card")
@@ -155,6 +153,13 @@ def checked_form(card: Card, method: str, form: str | None = None) -> str:
         raise OptionError(f"method {method} has no form {form!r} on the {card.name}"
                           + nearest_names(repr(form), map(repr, forms)))
     return form or forms[0]
+
+
+def check_predicted(card: Card) -> None:
+    """Raise OptionError for a card without predicted times."""
+    if card.chip not in FORMS:
+        raise OptionError(f"no times are predicted for the {card.name}; give a card of "
+                          + ", ".join(FORMS))
 
 
 def limit_of(card: Card, method: str) -> Refusal | None:
