@@ -26,7 +26,7 @@ from gpgpu_rt.hardware.issue import (
 from gpgpu_rt.hardware.loop_costs import setup_slots
 from gpgpu_rt.hardware.machine_model import stream_fetches, time_of_loop, time_of_passes
 from gpgpu_rt.hardware.prediction import limit_of, predict, why_no_time
-from gpgpu_rt.hardware.program_forms import BLOCKS, FORMS, MEANINGS, PASSES, forms_of
+from gpgpu_rt.hardware.program_forms import BLOCKS, FORMS, MEANINGS, PASSES, SINGLE_RAYS, forms_of
 from gpgpu_rt.hardware.static_costs import era_programs, static_cost
 from gpgpu_rt.hardware.trace import record_trace
 from gpgpu_rt.methods import built_in_methods, find_method
@@ -58,6 +58,14 @@ def test_every_method_has_a_time_or_a_reason(method: str, chip: str) -> None:
     assert found.seconds == sum(found.parts.values()) > 0
     assert (found.count, found.size, found.rays) == (16 * 16, 16, "eye rays")
     assert "16x16 pixels" in str(found)
+
+
+@pytest.mark.parametrize("name", [row.name for row in built_in_methods()
+                                  if row.name in SINGLE_RAYS and row.why_no_era_form()])
+def test_a_packet_method_says_which_cards_can_run_its_packets(name: str) -> None:
+    assert why_no_time(name) == (
+        "no kernels that trace packets of its rays were written for the papers' cards; on the G80, "
+        f"each lane of a warp runs the kernels of {SINGLE_RAYS[name]} for a ray of a packet")
 
 
 @pytest.mark.parametrize("chip", FORMS)
