@@ -230,9 +230,20 @@ def test_the_chart_says_what_the_table_does(apart: list[Entry], tmp_path) -> Non
     assert {"box, mirror rays of 64 x 64 pixels", "llvmpipe, on 2 threads"} <= set(texts)
     assert any(text.startswith("no verdict: the slowest run") for text in texts)
     assert any(text.startswith("no verdict: embreex did not run") for text in texts)
-    assert ("million rays per second; in brackets, the ratio to the rate of embreex on one thread"
-            in texts)
-    assert "million rays per second" in texts and any("0.00001 (1)" in text for text in texts)
+    assert texts.count("million rays per second: the median of the rounds, and a line from the "
+                       "slowest to the fastest round") == 2
+    assert texts.count("in brackets: the ratio to the rate of embreex on one thread") == 1
+    assert any("0.00001 (1)" in text for text in texts)
+
+
+def test_the_chart_writes_a_rate_at_the_end_of_its_bar(tmp_path, monkeypatch) -> None:
+    chart = pytest.importorskip("gpgpu_rt.bench.chart")
+    drawn = []
+    monkeypatch.setattr(chart, "save", lambda figure, *_: drawn.append(figure))
+    chart.draw([("box", "eye rays", [_entry("grid", [1.0, 2.0, 3.0], [])])], "", "")
+    axis, = drawn[0].axes
+    value, = axis.texts
+    assert value.xy[0] == axis.patches[0].get_width()
 
 
 def test_bench_command(capsys, tmp_path) -> None:
