@@ -64,8 +64,8 @@ def test_every_method_has_a_time_or_a_reason(method: str, chip: str) -> None:
                                   if row.name in SINGLE_RAYS and row.why_no_era_form()])
 def test_a_packet_method_says_which_cards_can_run_its_packets(name: str) -> None:
     assert why_no_time(name) == (
-        "no kernels that trace packets of its rays were written for the papers' cards; on the G80, "
-        f"each lane of a warp runs the kernels of {SINGLE_RAYS[name]} for a ray of a packet")
+        "no kernels that trace packets of its rays were written for the papers' cards; on the "
+        f"G80, each lane of a warp runs the kernels of {SINGLE_RAYS[name]} for a ray of a packet")
 
 
 @pytest.mark.parametrize("chip", FORMS)
