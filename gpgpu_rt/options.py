@@ -178,6 +178,10 @@ ERAS: dict[str, dict[str, Any]] = {
 ERA_TARGETS = 4     # number of render targets of these chips
 ERA_LOOPS = ("nv40", "r580")    # the chips that have loops
 
+# A pair of options that exclude each other -> the reason, and what to do.
+_WHY_EXCLUDED = {("era", "statistics"): ", because kernels in the era form count nothing; leave "
+                 "era out to count the work of today's kernels"}
+
 TRACER_OPTIONS: tuple[Option, ...] = (
     Option("era", None, "run the kernels as the papers had them on a card with this chip: "
            "one kernel per pass, no integers, the chip's number format", choices=tuple(ERAS),
@@ -309,8 +313,9 @@ def clashing(values: Mapping[str, Any], known: Iterable[Option]) -> str | None:
     for option in changed:
         for other in changed:
             if other.name in option.excludes:
-                return (f"{option.name} and {other.name} exclude each other; leave one of them at "
-                        "its default")
+                return (f"{option.name} and {other.name} exclude each other"
+                        + _WHY_EXCLUDED.get((option.name, other.name),
+                                            "; leave one of them at its default"))
         if option.goes_with and not option.fits(given):
             name, fit = option.goes_with
             return (f"{option.name} needs {name} "

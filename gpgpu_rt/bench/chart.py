@@ -17,7 +17,7 @@ _THEIRS = {engine.name for engine in ENGINES}
 def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str, about: str) -> None:
     """Write a chart of races to the file ``path``.
 
-    The whiskers of a bar mark the rates of the entry's slowest and fastest rounds.
+    A bar ends at the median rate. Its error bar goes from the slowest to the fastest round.
 
     Parameters
     ----------
@@ -39,9 +39,10 @@ def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str, about: str) -
         axis.barh(range(len(ordered)), rates, xerr=ends, ecolor="#555555", capsize=2,
                   color=[GREY if entry.name in _THEIRS else COLOURS[0] for entry in ordered])
         axis.set_yticks(range(len(ordered)), [entry.label for entry in ordered], fontsize=7)
-        for at, (entry, rate, above) in enumerate(zip(ordered, rates, ends[1])):
+        for at, (entry, rate) in enumerate(zip(ordered, rates)):
             over = f" ({number(statistics.median(entry.over))})" if entry.over else ""
-            axis.annotate(f"  {plain(rate)}{over}", (rate + above, at), va="center", fontsize=7)
+            # Write the value at the end of the bar, above the line of the error bar.
+            axis.annotate(f" {plain(rate)}{over}", (rate, at), va="bottom", fontsize=7)
         axis.margins(x=0.18, y=0.01)
         linear_axis(axis, "x")
         axis.set_title(f"{scene}, {rays}", fontsize=10)
@@ -55,7 +56,8 @@ def draw(found: Sequence[tuple[str, str, list[Entry]]], path: str, about: str) -
 
 def _axis(entries: Sequence[Entry]) -> str:
     """Return the label of the axis. If the times allow no comparison, the label says why."""
-    over = ("; in brackets, the ratio to the rate of embreex on one thread"
+    over = ("\nin brackets: the ratio to the rate of embreex on one thread"
             if any(entry.over for entry in entries) else "")
     noise = too_noisy(entries)
-    return f"million rays per second{over}" + (f"\nno verdict: {noise}" if noise else "")
+    return ("million rays per second: the median of the rounds, and a line from the slowest to "
+            f"the fastest round{over}") + (f"\nno verdict: {noise}" if noise else "")

@@ -47,6 +47,7 @@ class Entry:
         packet gets an equal share of the packet's value.
     out_of : Number of all rays, if the entry traced only a part of them; else None.
     all_options : The options of the method's tracer, with defaults; empty for an engine.
+        ``statistics`` is true if the race counts work, although the timed programs count nothing.
     """
 
     name: str
@@ -169,6 +170,7 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
                                  bytes_a_triangle=table_bytes / len(load(scene))))
             if count:
                 entries[-1].work = _work(tracer, rays, options)
+                entries[-1].all_options = {**tracer.options, "statistics": True}
             calls.append(_ours(tracer, rays))
         for engine in engines:
             if engine.missing:

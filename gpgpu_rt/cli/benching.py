@@ -86,6 +86,7 @@ def _bench(chosen: argparse.Namespace) -> None:
                 found.append(Race(load(scene).facts(), load(scene).title, kind, entries))
                 if not chosen.json:
                     _print(scene, kind, entries, chosen.size)
+                _warn(scene, kind, entries)
     finally:    # print finished races even after an error
         if found:
             _end(chosen, gpu, found, engines)
@@ -176,12 +177,6 @@ def _print(scene: str, kind: str, entries: list[Entry], size: int) -> None:
             "-" if entry.bytes_a_triangle is None else f"{entry.bytes_a_triangle:.0f}",
             *(["-" if noise else entry.verdict() or "-"] * compared)])
     print_table(heads, rows)
-    ours_alone = all(entry.bytes_a_triangle is not None for entry in entries)
-    if noise and not ours_alone:
-        print(f"no verdict: {noise}")
-    if unsteady := "; ".join(entry.label for entry in uncertain(entries)):
-        print(f"uncertain rates, because the slowest run took more than {NOISY:g} times the "
-              f"fastest; measure again on an idle machine: {unsteady}")
     print()
     if worked := [entry for entry in ranked(entries) if entry.work]:
         counters = list(worked[0].work)
@@ -189,6 +184,16 @@ def _print(scene: str, kind: str, entries: list[Entry], size: int) -> None:
                     [[entry.title, entry.words or "-",
                       *(number(entry.work[name]) for name in counters)] for entry in worked])
         print("A packet's work is divided by the number of its rays\n")
+
+
+def _warn(scene: str, kind: str, entries: Sequence[Entry]) -> None:
+    """Print to stderr why rates of a race are uncertain, and why there is no verdict."""
+    race_title, noise = f"{load(scene).name}, {told(RAY_SETS[kind])}", too_noisy(entries)
+    if noise and any(entry.bytes_a_triangle is None for entry in entries):
+        say(f"{race_title}: no verdict: {noise}")
+    if unsteady := "; ".join(entry.label for entry in uncertain(entries)):
+        say(f"{race_title}: uncertain rates, because the slowest run took more than {NOISY:g} "
+            f"times the fastest; measure again on an idle machine: {unsteady}")
 
 
 def _compared(entries: Sequence[Entry]) -> bool:

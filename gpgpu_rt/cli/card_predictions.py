@@ -5,53 +5,82 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..bench.workloads import RAY_SETS, Workload, rays_of, told
-from ..errors import OptionError, nearest_names
+from ..errors import OptionError, nearest_name
+from ..gl.context import open_gpu
+from ..gl.environment import run_facts
 from ..hardware.cards import Card, find_card
-from ..hardware.prediction import limit_of, predict, why_no_time
+from ..hardware.prediction import check_predicted, limit_of, predict, why_no_time
 from ..hardware.program_forms import FORMS
 from ..methods import find_method, methods
 from ..scene.loading import load_scene
 from ..scene.scene import Scene
 from ..text_format import number
-from .shared import print_filled, print_json, print_stand_in, print_table, say
+from .shared import print_filled, print_json, print_row, print_stand_in, say
 
 EVERY = "all"       # the word for all methods
+NUMBER = len("0.000123")    # the longest text that `number` returns for a time
 
 
-def print_predictions(words: Sequence[str], scene_name: str, kind: str, size: int,
-                      as_json: bool) -> None:
-    """Print the predicted times of methods on the cards of `FORMS`.
+def print_predictions(words: Sequence[str], cards: Sequence[Card], scene_name: str, kind: str,
+                      size: int, command: str, as_json: bool) -> None:
+    """Print the predicted times of methods on cards, each method's row as soon as it is ready.
 
     Parameters
     ----------
     words : names of methods, or only "all"
+    cards : the cards, the columns of the table; empty for all cards of `FORMS`
     scene_name : the scene that the rays hit
     kind : the kind of rays, a key of `RAY_SETS`
     size : side of the square image that the rays belong to, in pixels
-    as_json : whether to print JSON
+    command : the command line, for JSON
+    as_json : whether to print JSON. After an error or an interrupt, the JSON has the times that
+        are ready
 
     Raises
     ------
     OptionError
-        for an unknown method or kind of rays
+        for an unknown method or kind of rays, or a card without predicted times
     """
     if kind not in RAY_SETS:
-        raise OptionError(f"--rays {kind!r}{nearest_names(kind, RAY_SETS)}")
+        raise OptionError(f"--rays {kind!r}{nearest_name(kind, RAY_SETS)}")
+    cards = cards or [find_card(chip) for chip in FORMS]
+    for card in cards:
+        check_predicted(card)
     named = [row.name for row in methods()] if list(words) == [EVERY] else words
     names = [find_method(name).name for name in dict.fromkeys(named)]
-    scene, cards = load_scene(scene_name), [find_card(chip) for chip in FORMS]
+    scene = load_scene(scene_name)
     rays, found = rays_of(scene, RAY_SETS[kind], size), []
-    for at, method in enumerate(names, 1):
-        say(f"{at} of {len(names)}: {method}")
-        found += [_predicted(scene, method, card, rays) for card in cards]
     print_stand_in(scene, as_json)
-    if as_json:
-        return print_json({**scene.facts(), "rays": kind, "count": rays.live, "size": size,
-                           "predictions": found})
-    print(f"{scene.title}: predicted ms for {rays.live:,} {told(RAY_SETS[kind])} of {size} x "
-          f"{size} pixels, without shading")
-    print_table(("method", *FORMS), [
-        (method, *(_cell(one) for one in found if one["method"] == method)) for method in names])
+    widths = _widths(names, cards)
+    if not as_json:
+        print(f"{scene.title}: predicted ms for {rays.live:,} {told(RAY_SETS[kind])} of {size} x "
+              f"{size} pixels, without shading")
+        print_row(("method", *(card.chip for card in cards)), widths)
+        print_row(["-" * width for width in widths], widths)
+    try:
+        for at, method in enumerate(names, 1):
+            if as_json:
+                say(f"{at} of {len(names)}: {method}")
+            for card in cards:
+                found.append(_predicted(scene, method, card, rays))
+            if not as_json:
+                print_row((method, *map(_cell, found[-len(cards):])), widths)
+    finally:
+        if as_json and found:
+            print_json({**run_facts(open_gpu(), command), **scene.facts(), "rays": kind,
+                        "count": rays.live, "size": size, "predictions": found})
+    if not as_json:
+        _print_notes(found)
+
+
+def _widths(names: Sequence[str], cards: Sequence[Card]) -> list[int]:
+    """Return the widths of the table's columns in characters, before any time is known."""
+    cells = [[_cell(one) for name in names if (one := _refused(name, card))] for card in cards]
+    return [max(map(len, ["method", *names])),
+            *(max(NUMBER, *map(len, [card.chip, *column])) for card, column in zip(cards, cells))]
+
+
+def _print_notes(found: Sequence[dict[str, Any]]) -> None:
     print()
     print_filled("Predictions are rough: docs/hardware.md says how far they are from the papers' "
                  "times. `cannot run` names the card's limit that forbids the method.")
@@ -61,11 +90,18 @@ def print_predictions(words: Sequence[str], scene_name: str, kind: str, size: in
         print_filled(f"- stands at {some}: {reason}")
 
 
+def _refused(method: str, card: Card) -> dict[str, Any]:
+    """Return the JSON of the limit that forbids the method on the card, or {}."""
+    limit = limit_of(card, method)
+    return {"method": method, "card": card.name, "limit": limit.limit,
+            "reason": limit.says} if limit else {}
+
+
 def _predicted(scene: Scene, method: str, card: Card, rays: Workload) -> dict[str, Any]:
     """Return the JSON of a prediction, or of the reason why there is none."""
+    if refused := _refused(method, card):
+        return refused
     named = {"method": method, "card": card.name}
-    if limit := limit_of(card, method):
-        return {**named, "limit": limit.limit, "reason": limit.says}
     try:
         made = predict(scene, method, card.chip, rays)
     except OptionError as reason:

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from ..errors import did_you_mean, nearest_names
@@ -44,6 +44,7 @@ class Parser(argparse.ArgumentParser):
         out the group ``rare`` and most owned options
     in_full : whether the help has every option
     instead : word that the command does not accept -> clause that says what to do instead
+    listed : the names that an option of this command takes as a list with commas
     """
 
     speaker = "gpgpu-rt"
@@ -54,6 +55,7 @@ class Parser(argparse.ArgumentParser):
         self.owned: list[OwnedOptions] = []
         self.in_full = False
         self.instead: dict[str, str] = {}
+        self.listed: Collection[str] = ()
         self._arguments: Sequence[str] = ()
         self._rare: argparse._ArgumentGroup | None = None
         self.register("type", int, _whole_number)
@@ -110,10 +112,18 @@ class Parser(argparse.ArgumentParser):
         """Report a word that the command does not accept."""
         command = self.prog.split()[-1]
         if not word.startswith("-"):
-            self.error(f"{command} {self._of_arguments(word)}")
+            self.error(f"{command} {self._of_list(word) or self._of_arguments(word)}")
         name = word.partition("=")[0]
         hint = self.instead.get(name) or did_you_mean(name, self._option_string_actions)
         self.error(f"{command} has no {name}{hint}")
+
+    def _of_list(self, word: str) -> str:
+        """Return advice if ``word`` follows an option's list and belongs to this list, else ""."""
+        at = self._arguments.index(word)
+        option, before = ["", "", *self._arguments][at:at + 2]
+        if word not in self.listed or option not in self._option_string_actions:
+            return ""
+        return f"takes a list with commas; give {option} {before},{word}"
 
     def _of_arguments(self, word: str) -> str:
         own = self._get_positional_actions()

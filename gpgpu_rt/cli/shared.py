@@ -81,12 +81,13 @@ def add_method(sub: argparse.ArgumentParser, text: str, required: bool = False) 
                      help=text)
 
 
-def add_methods(sub: argparse.ArgumentParser, default: str | None = None) -> None:
+def add_methods(sub: Parser, default: str | None = None) -> None:
     """Declare ``-m`` for several methods; ``chosen.methods`` is their list.
 
     ``default`` says in the help what applies without ``-m``. If ``default`` is None, ``-m`` is
     required. Otherwise, ``chosen.methods`` is None if the user gives no ``-m``.
     """
+    sub.listed = [row.name for row in methods()]
     sub.add_argument("-m", "--method", "--methods", required=default is None, action=Collect,
                      dest="methods", metavar="NAME,NAME,...", type=names,
                      help="the methods, as a list or with an -m for each"
@@ -291,4 +292,9 @@ def print_filled(text: str) -> None:
 def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     widths = [max(len(str(row[k])) for row in [heads, *rows]) for k in range(len(heads))]
     for row in [heads, ["-" * w for w in widths], *rows]:
-        print("  ".join(str(cell).ljust(w) for cell, w in zip(row, widths)).rstrip())
+        print_row(row, widths)
+
+
+def print_row(cells: Sequence[str], widths: Sequence[int]) -> None:
+    """Print a row of a table at once. ``widths`` gives the width of each column in characters."""
+    print("  ".join(str(cell).ljust(w) for cell, w in zip(cells, widths)).rstrip(), flush=True)

@@ -22,8 +22,8 @@ from .machine_model import (
 )
 from .methods_on_cards import ERA, era_refusals
 from .program_forms import (
-    BLOCKS, FORMS, PACKETS, PASSES, SAME_WALK, UNCOALESCED, counted_as, forms_of, kernels_from,
-    packets_in_loop
+    BLOCKS, FORMS, PACKETS, PASSES, SAME_WALK, SINGLE_RAYS, UNCOALESCED, WARPS, counted_as,
+    forms_of, kernels_from, packets_in_loop
 )
 from .static_costs import StaticCost, era_methods, packet_methods, static_cost
 from .warp_packets import LANES
@@ -140,9 +140,7 @@ def checked_form(card: Card, method: str, form: str | None = None) -> str:
     OptionError
         if no form is known, or the card could not have run the method
     """
-    if card.chip not in FORMS:
-        raise OptionError(f"no times are predicted for the {card.name}; give a card of "
-                          + ", ".join(FORMS))
+    check_predicted(card)
     if limit := limit_of(card, method):
         raise OptionError(f"the {card.name} could not have run method {method}, which "
                           f"{limit.says}; give another card")
@@ -155,6 +153,13 @@ def checked_form(card: Card, method: str, form: str | None = None) -> str:
         raise OptionError(f"method {method} has no form {form!r} on the {card.name}"
                           + nearest_names(repr(form), map(repr, forms)))
     return form or forms[0]
+
+
+def check_predicted(card: Card) -> None:
+    """Raise OptionError for a card without predicted times."""
+    if card.chip not in FORMS:
+        raise OptionError(f"no times are predicted for the {card.name}; give a card of "
+                          + ", ".join(FORMS))
 
 
 def limit_of(card: Card, method: str) -> Refusal | None:
@@ -171,11 +176,14 @@ def limit_of(card: Card, method: str) -> Refusal | None:
 
 
 def why_no_time(method: str) -> str:
-    """Return why no card has a form of the method."""
+    """Return why cards have no form of the method, and how a G80 still runs a packet method."""
     row = find_method(method)
     if row not in built_in_methods():
         return "no costs were compiled for a method of your own"
-    return row.why_no_era_form()
+    single = SINGLE_RAYS.get(method)
+    return row.why_no_era_form() + (
+        f"; on the {WARPS}, each lane of a warp runs the kernels of {single} for a ray of a packet"
+        if single else "")
 
 
 def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any], any_hit: bool,

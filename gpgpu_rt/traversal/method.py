@@ -183,6 +183,8 @@ class Method:
         targets = self.state.without("steps").texels + HIT.texels
         if self.no_era_form or self.era_packets is not None:
             return self.no_era_form
+        if self.packet:
+            return "no kernels that trace packets of its rays were written for the papers' cards"
         if "kernels" not in self.schedules or "kernels" in self.drivers:
             return "its rays do not run one kernel in each pass"
         if targets > ERA_TARGETS:

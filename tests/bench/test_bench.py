@@ -164,11 +164,25 @@ def test_rates_of_a_large_spread_are_called_uncertain(capsys) -> None:
     """The warning names each unsteady entry, even if embreex is steady or missing."""
     steady, unsteady = _entry(EMBREE, [1, 1.1, 1], [1, 1, 1]), _entry("grid", [1, 1.6, 1], [2] * 3)
     assert uncertain([steady, unsteady]) == uncertain([unsteady]) == [unsteady]
-    benching._print("cornell", "eye", [steady, unsteady], 64)
-    assert "more than 1.5 times the fastest; measure again on an idle machine: grid\n" in (
-        capsys.readouterr().out)
-    benching._print("cornell", "eye", [steady], 64)
-    assert "uncertain" not in capsys.readouterr().out
+    benching._warn("cornell", "eye", [steady, unsteady])
+    assert capsys.readouterr().err == (
+        "cornell, eye rays: uncertain rates, because the slowest run took more than 1.5 times the "
+        "fastest; measure again on an idle machine: grid\n")
+    benching._warn("cornell", "eye", [steady])
+    assert not capsys.readouterr().err
+
+
+@pytest.mark.parametrize("more", [[], ["--json"]], ids=str)
+def test_warnings_go_to_stderr(more: list[str], capsys, monkeypatch) -> None:
+    """The warnings are not part of the table or of the JSON, which may be written to a file."""
+    monkeypatch.setattr(benching, "race", lambda *_: [
+        _entry(EMBREE, [1, 1.7, 1], [1, 1, 1]), _entry("grid", [1, 1.6, 1], [2] * 3)])
+    assert cli.main(["bench", "cornell", "--rays", "shadow", *more]) == 0
+    out, err = capsys.readouterr()
+    assert f"cornell, shadow rays: no verdict: the slowest run of {EMBREE} took 1.70 times" in err
+    assert "cornell, shadow rays: uncertain rates, " in err and err.endswith(
+        f"idle machine: {EMBREE}; grid\n")
+    assert "no verdict" not in out and "measure again" not in out
 
 
 @pytest.fixture
@@ -188,7 +202,6 @@ def test_rows_are_in_order_of_the_ratio(apart: list[Entry], capsys) -> None:
     out = capsys.readouterr().out.splitlines()
     assert [line.split()[0].strip(",") for line in out[3:6]] == ["grid", "embreex", "bvh-packet"]
     assert out[0].endswith("mirror rays of 64 x 64 pixels")
-    assert out[6].startswith("no verdict: the slowest run")
     for entry in apart:  # without embreex, the rates decide the order
         entry.over = []
     assert [entry.name for entry in ranked(apart)][0] == EMBREE
@@ -217,9 +230,20 @@ def test_the_chart_says_what_the_table_does(apart: list[Entry], tmp_path) -> Non
     assert {"box, mirror rays of 64 x 64 pixels", "llvmpipe, on 2 threads"} <= set(texts)
     assert any(text.startswith("no verdict: the slowest run") for text in texts)
     assert any(text.startswith("no verdict: embreex did not run") for text in texts)
-    assert ("million rays per second; in brackets, the ratio to the rate of embreex on one thread"
-            in texts)
-    assert "million rays per second" in texts and any("0.00001 (1)" in text for text in texts)
+    assert texts.count("million rays per second: the median of the rounds, and a line from the "
+                       "slowest to the fastest round") == 2
+    assert texts.count("in brackets: the ratio to the rate of embreex on one thread") == 1
+    assert any("0.00001 (1)" in text for text in texts)
+
+
+def test_the_chart_writes_a_rate_at_the_end_of_its_bar(tmp_path, monkeypatch) -> None:
+    chart = pytest.importorskip("gpgpu_rt.bench.chart")
+    drawn = []
+    monkeypatch.setattr(chart, "save", lambda figure, *_: drawn.append(figure))
+    chart.draw([("box", "eye rays", [_entry("grid", [1.0, 2.0, 3.0], [])])], "", "")
+    axis, = drawn[0].axes
+    value, = axis.texts
+    assert value.xy[0] == axis.patches[0].get_width()
 
 
 def test_bench_command(capsys, tmp_path) -> None:
@@ -244,12 +268,12 @@ def test_an_engine_that_cannot_be_imported_is_left_out(capsys, tmp_path, monkeyp
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(engines, "_absent", functools.cache(engines._absent.__wrapped__))
     assert cli.main(["bench", "cornell", "--size", "8", "--runs", "1", "-m", "grid"]) == 0
-    out = capsys.readouterr().out.splitlines()
-    why, = (line for line in out if "broken engine" in line)
+    out, err = capsys.readouterr()
+    why, = (line for line in out.splitlines() if "broken engine" in line)
     assert why.startswith("left out because embreex cannot be imported "
                           f"({failure}: broken engine): "
                           f"{EMBREE}")
-    assert any(line.startswith("no verdict: embreex did not run") for line in out)
+    assert "cornell, eye rays: no verdict: embreex did not run" in err
 
 
 def test_a_kind_of_rays_is_raced_once_and_a_scene_told_of_once(capsys, tmp_path) -> None:

@@ -42,6 +42,7 @@ def test_statistics_count_the_work_per_ray(kind: str, capsys) -> None:
     grid, packet = json.loads(capsys.readouterr().out)["races"][0]["entries"]
     rays = workload("bunny", RAY_SETS[kind], 16)
     assert grid["options"] == packet["options"] == {}
+    assert grid["all_options"]["statistics"] and packet["all_options"]["statistics"]
     assert rays.live < 16 * 16 or kind == "eye"
     alone = Workload(rays.origins[rays.has_ray], rays.directions[rays.has_ray], 16,
                      None if rays.t_max is None else rays.t_max[rays.has_ray], rays.any_hit,
@@ -77,6 +78,7 @@ def test_the_json_says_how_to_repeat_the_run(capsys) -> None:
     assert race["too_noisy"] == ""
     assert entry["options"].items() < entry["all_options"].items()
     assert entry["all_options"]["intersection"] == "woop-watertight"
+    assert not entry["all_options"]["statistics"]
     low, middle, high = (1e9 * seconds / 64 for seconds in sorted(entry["seconds"]))
     assert (entry["ns_per_ray_q1"], entry["ns_per_ray"], entry["ns_per_ray_q3"]) == pytest.approx(
         ((low + middle) / 2, middle, (middle + high) / 2))

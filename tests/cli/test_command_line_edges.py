@@ -84,7 +84,11 @@ def test_a_misspelt_word_gets_a_suggestion(words: list[str], advice: str, capsys
     ("accuracy cornell bunny", "accuracy takes one scene; run gpgpu-rt accuracy again for bunny"),
     ("trace cornell rays.npz more.npz -o hits.npz", "trace takes one scene and one RAYS.npz; run"),
     ("bench cornell -m grid bunny", "bench needs every scene before the first option; move bunny"),
-    ("scenes bunny", "scenes takes no arguments; leave bunny out")])
+    ("scenes bunny", "scenes takes no arguments; leave bunny out"),
+    *((f"{words} kd-stack", f"takes a list with commas; give {words.split(' ', at)[-1]},kd-stack")
+      for words, at in (("heat tenk -o x.png -m kd-restart", 4), ("bench cornell -m grid,bih", 2),
+                        ("hardware --predict grid", 1))),
+    ("heat tenk kd-stack -m grid -o x.png", "heat takes one scene; run gpgpu-rt heat again for")])
 def test_an_argument_too_many_is_one_line(words: str, advice: str, capsys) -> None:
     status, out, err = said(capsys, *words.split())
     assert status == 2 and advice in err and err.count("\n") == 1 and not out

@@ -63,6 +63,11 @@ def test_the_command_prints_them(capsys: pytest.CaptureFixture[str]) -> None:
     assert numbers["issue_rate"][-1] == f"{find_card('G80').issue_rate / 1e9:g}"
 
 
+def test_the_command_prints_only_the_cards_of_card(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["hardware", "--card", "g80,NV40,nv40", "--json"]) == 0
+    assert [card["chip"] for card in json.loads(capsys.readouterr().out)] == ["NV40", "G80"]
+
+
 def test_a_scene_alone_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["hardware", "--scene", "kitchen"]) == 1
     said = capsys.readouterr()

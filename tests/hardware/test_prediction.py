@@ -12,6 +12,7 @@ import pytest
 
 import gpgpu_rt as rt
 from gpgpu_rt.bench.workloads import RAY_SETS, Workload, rays_of, workload
+from gpgpu_rt.cli import card_predictions
 from gpgpu_rt.cli.main import main
 from gpgpu_rt.errors import OptionError
 from gpgpu_rt.figures.framework.predicted_times import PredictedRow
@@ -25,7 +26,7 @@ from gpgpu_rt.hardware.issue import (
 from gpgpu_rt.hardware.loop_costs import setup_slots
 from gpgpu_rt.hardware.machine_model import stream_fetches, time_of_loop, time_of_passes
 from gpgpu_rt.hardware.prediction import limit_of, predict, why_no_time
-from gpgpu_rt.hardware.program_forms import BLOCKS, FORMS, MEANINGS, PASSES, forms_of
+from gpgpu_rt.hardware.program_forms import BLOCKS, FORMS, MEANINGS, PASSES, SINGLE_RAYS, forms_of
 from gpgpu_rt.hardware.static_costs import era_programs, static_cost
 from gpgpu_rt.hardware.trace import record_trace
 from gpgpu_rt.methods import built_in_methods, find_method
@@ -57,6 +58,14 @@ def test_every_method_has_a_time_or_a_reason(method: str, chip: str) -> None:
     assert found.seconds == sum(found.parts.values()) > 0
     assert (found.count, found.size, found.rays) == (16 * 16, 16, "eye rays")
     assert "16x16 pixels" in str(found)
+
+
+@pytest.mark.parametrize("name", [row.name for row in built_in_methods()
+                                  if row.name in SINGLE_RAYS and row.why_no_era_form()])
+def test_a_packet_method_says_which_cards_can_run_its_packets(name: str) -> None:
+    assert why_no_time(name) == (
+        "no kernels that trace packets of its rays were written for the papers' cards; on the "
+        f"G80, each lane of a warp runs the kernels of {SINGLE_RAYS[name]} for a ray of a packet")
 
 
 @pytest.mark.parametrize("chip", FORMS)
@@ -97,6 +106,37 @@ def test_the_command_prints_a_table(capsys: pytest.CaptureFixture[str]) -> None:
             assert cell == f"cannot run: {limit.limit}" and one["reason"] == limit.says
         else:
             assert cell == "-" and why_no_time(row.name) in one["reason"]
+
+
+def test_rows_are_printed_as_soon_as_they_are_ready(capsys, monkeypatch) -> None:
+    """An interrupt loses no row that is ready. Only the cards of --card are computed."""
+    words = ["hardware", "--predict", "grid,kd-restart", "--size", "16", "--card", "g80,NV40"]
+    computed = []
+
+    def interrupted(scene, method, chip, rays):
+        if method == "kd-restart" and chip == "G80":
+            raise KeyboardInterrupt
+        computed.append((method, chip))
+        return predict(scene, method, chip, rays)
+    monkeypatch.setattr(card_predictions, "predict", interrupted)
+    assert main(words) == 130
+    _, heads, _, *rows = capsys.readouterr().out.splitlines()
+    assert heads.split()[1:] == ["NV40", "G80"] and [row.split()[0] for row in rows] == ["grid"]
+    assert computed == [("grid", "NV40"), ("grid", "G80"), ("kd-restart", "NV40")]
+    assert main([*words, "--json"]) == 130
+    found = json.loads(capsys.readouterr().out)["predictions"]
+    assert [(one["method"], find_card(one["card"]).chip) for one in found] == computed[:3]
+
+
+@pytest.mark.parametrize("words, says", [
+    (["--predict"], "--predict has no method; give METHOD,METHOD,... or all"),
+    (["--predict", "all", "--rays", "eye,shadow"], "this is a list, give one name: eye or shadow"),
+    (["--predict", "all", "--card", "nv41"], "no card 'nv41'; give the name or the chip of one"),
+    (["--predict", "all", "--card", "nv40,r200"], "give a card of R300, R420, NV40, R580, G80")])
+def test_mistakes_of_the_command_get_a_line(capsys, words: list[str], says: str) -> None:
+    assert main(["hardware", *words]) == 1
+    out, err = capsys.readouterr()
+    assert not out and says in err and err.count("\n") == 1
 
 
 def test_the_page_names_the_rays_that_are_traced(monkeypatch) -> None:

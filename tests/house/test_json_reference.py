@@ -1,5 +1,5 @@
-"""docs/reference/json.md has the fields that `bench`, `accuracy` and `render --era` print, and no
-others."""
+"""docs/reference/json.md has the fields that `bench`, `accuracy`, `render --era` and
+`hardware --predict` print, and no others."""
 from __future__ import annotations
 
 import json
@@ -13,7 +13,7 @@ from gpgpu_rt.cli import main
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "json.md"
 WITHOUT_EMBREEX = {"over_embree", "over_embree_wall"}    # fields that are missing without embreex
 # The tables of the page, in their order.
-BOTH, BENCH, RACE, ENTRY, ACCURACY, ROW, SCORE, ON_CARD = range(8)
+BOTH, BENCH, RACE, ENTRY, ACCURACY, ROW, SCORE, ON_CARD, PREDICT, CARD_TIME = range(10)
 
 
 def fields() -> list[set[str]]:
@@ -57,3 +57,13 @@ def test_render_in_the_era_form(capsys: pytest.CaptureFixture[str], tmp_path: Pa
     assert found.keys() == fields()[ON_CARD] - {"limit"}
     ran = found["forms"][found["ran"]]
     assert ran == {name: found[name] for name in ("seconds", "parts")}
+
+
+def test_hardware_predict(capsys: pytest.CaptureFixture[str]) -> None:
+    found = printed(capsys, "hardware", "--predict", "kd-packet", "--size", "16", "--card",
+                    "r420,nv40")
+    page = fields()
+    assert found.keys() == page[BOTH] | page[PREDICT]
+    refused, timed = found["predictions"]
+    assert refused.keys() | timed.keys() == page[CARD_TIME]
+    assert refused["limit"] == "loops"

@@ -141,6 +141,12 @@ def test_options_that_the_era_form_does_not_have_are_refused(scenes, more):
         rt.Tracer(scenes["cornell"], "kd-restart", era="r420", **more)
 
 
+def test_statistics_in_the_era_form_are_refused_with_the_reason(scenes):
+    with pytest.raises(OptionError, match="because kernels in the era form count nothing; leave "
+                       "era out to count"):
+        rt.Tracer(scenes["cornell"], "kd-restart", era="nv40", statistics=True)
+
+
 @pytest.mark.parametrize("era", ERAS)
 def test_only_the_numbers_of_a_chip_may_be_given(scenes, era):
     for name in ("precision", "storage", "arithmetic"):
