@@ -75,7 +75,7 @@ def _moves(tracer: rt.Tracer, first: np.ndarray, vertices: list[np.ndarray],
     """At each ``next``, move the tracer's triangles, to ``first`` and then to each of
     ``vertices``.
 
-    Without ``ahead``, the first ``next`` moves nothing, so the triangles must already be at
+    Without ``ahead``, the first ``next`` moves nothing: the caller has put the triangles at
     ``first``.
     """
     if ahead:

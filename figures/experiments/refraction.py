@@ -12,8 +12,8 @@ from ..framework.results import finished
 
 SCENES = ("ball", "bunny")
 HEADS = ("scene", "triangles", "rasterised, ms", "two rays traced, ms",
-         "light through both borders", "of these, also when rasterised", "error, median, degrees",
-         "error, 90 % quantile, degrees")
+         "light that enters and leaves", "of these, also when rasterised",
+         "error, median, degrees", "error, 90 % quantile, degrees")
 LEFT = 1      # a pixel whose light leaves the mesh (render/image_space/refraction.py)
 
 
@@ -32,16 +32,16 @@ def draw(data: Path, out: Path, full: bool) -> None:
               *map(number, row[6:])] for row in rows]
     size = results[0][0].size
     note = (f"{results[0][1]['gpu']['renderer']}, {size} x {size} pixels, index 1.5, surrounded "
-            "by a distant chequered sphere. Grey pixels: at least one of the two methods says "
-            "that the light does not pass both borders.")
+            "by a distant chequered sphere. Grey pixels: at least one of the two methods finds "
+            "no light that enters and leaves the mesh.")
     write_text(out / "refraction.md", (
         "# Image-space refraction\n\n"
-        "A mesh refracts light. Two passes of the rasteriser estimate where the light leaves the "
-        "mesh. The estimates are compared with float64 rays through the same two borders: where "
-        "the light enters the mesh, and where it leaves the mesh. The estimate is right "
-        "for slabs and good inside convex shapes. It is wrong towards silhouettes, where it "
-        "assumes total reflection, and wherever the mesh folds in front of itself.\n\n"
-        "\"Light through both borders\" is the share of the mesh's pixels whose float64 ray "
+        "A mesh refracts light. Two passes of the rasteriser estimate where the light leaves "
+        "the mesh. The estimates are compared with float64 rays that enter and leave the mesh. "
+        "The estimate is right for slabs and good inside convex shapes. It is wrong towards "
+        "silhouettes, where it assumes total reflection, and wherever the mesh folds in front "
+        "of itself.\n\n"
+        "\"Light that enters and leaves\" is the share of the mesh's pixels whose float64 ray "
         "enters and leaves the mesh. \"Of these, also when rasterised\" is the share of these "
         "pixels in which the rasterised light also leaves the mesh. The error is measured where "
         "both the float64 ray and the rasterised light leave the mesh: it is the angle "

@@ -32,7 +32,7 @@ AT_ONCE = int(published("text", "", "", quantity="processes in parallel") or 0)
 
 
 def _bytes(fields: Iterable[Field], names: Iterable[str] | None = None) -> int:
-    """Bytes of a record's fields, or of the named fields, which the record must have."""
+    """Bytes of a record's fields, or of those fields that ``names`` lists."""
     widths = {field.name: CHANNEL * field.width for field in fields}
     return sum(widths.values() if names is None else map(widths.__getitem__, names))
 

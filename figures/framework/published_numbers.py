@@ -53,8 +53,8 @@ def published(*names: str, **more: str | None) -> float | None:
 def published_range(*names: str, **more: str | None) -> tuple[float, float]:
     """Return the lower and the upper end of a printed range, in the survey's unit.
 
-    The parameters are those of `published_row`. The number must exist. For a single number both
-    ends are equal.
+    The parameters are those of `published_row`. The caller ensures that the number exists. For a
+    single number both ends are equal.
     """
     row = published_row(*names, **more)
     assert row is not None, (names, more)

@@ -4,9 +4,9 @@
 
 uniform int last_element;   // index of the last element drawn
 
-// A renderer runs fragments in blocks of four and discards the results of fragments beyond the stream.
-// These fragments process the last element again. With undefined data their loops might never end. A
-// renderer that limits iterations would then also stop the loops of the neighbouring fragments.
+// OpenGL runs fragments in blocks of 2 x 2. Fragments of a block that lie beyond the stream's end process
+// the last element again; their results are discarded. With undefined data their loops might never end, and
+// an OpenGL renderer that limits iterations would also stop the loops of the block's other fragments.
 int element() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     return min(texel.x + (texel.y << TABLE_WIDTH_LOG2), last_element);

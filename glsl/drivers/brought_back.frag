@@ -1,6 +1,6 @@
 #version 330 core
-// Copies the states and hits of unsettled rays (packet.frag) back to the textures of all rays, after a
-// single-ray method has traced these rays (left_behind.frag). Other rays stay unchanged.
+// Copies states and hits back to the textures of all rays, for the rays that left_behind.frag selected and
+// a single-ray method has traced. Other rays stay unchanged.
 
 #include "core/precision.glsl"
 #include "core/phase.glsl"

@@ -1,6 +1,6 @@
 #version 330 core
-// Selects the unsettled rays (packet.frag), so that a single-ray method traces only these. All other rays
-// get an empty interval.
+// Selects the rays whose packet reached the step limit before their search was over (packet.frag). A
+// single-ray method then traces only these rays, because all other rays get an empty interval.
 
 #include "core/precision.glsl"
 #include "core/phase.glsl"

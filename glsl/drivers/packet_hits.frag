@@ -21,7 +21,7 @@ EACH_TARGET(DECLARE)
 #ifdef STATISTICS
 uniform sampler2D packet_counters;
 #endif
-uniform int unsettled_phase;   // the phase of unsettled rays (packet.frag)
+uniform int unsettled_phase;   // the phase of rays that the step limit stopped (packet.frag)
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);

@@ -7,19 +7,19 @@
 // errors make the margin:
 //   `eta` bounds the error of a projected corner, both here and in the test. It covers the rounding of the
 //   corner's position relative to the eye, of the ray's direction, and of the shear.
-//   `beyond` bounds how far outside an edge an accepted ray may pass, because the edge function is
-//   rounded. For an edge of length l, the bound is 2^-23 times the square of the longest edge, divided
-//   by l. The bound is at most a few times l, because the test also rejects rays outside the triangle's
-//   bounding box.
-// A triangle is `cut` if a corner is less than `nearest` deep. Such a corner has no position in the image,
-// or an inexact one, so the edges of a cut triangle become planes through the eye. The test multiplies the
-// coordinates of two corners. The rounding of these products is the planes' error, which grows with the
-// product of the two corners' distances from the eye.
+//   `beyond` bounds how far outside an edge of length l an accepted ray may pass. The rounding of the edge
+//   function allows 2^-19 (m `ratio`)^2 / l, where m is the longest edge and `ratio` the greatest depth of
+//   a corner divided by the least. A short edge would get a large bound. But beyond a short edge, the other
+//   two edges and the triangle's bounding box enclose a small area, so 8 l `ratio` is a bound, too.
+// A triangle is `cut` if a corner is less than `nearest` deep. Such a corner has no exact position in the
+// image, so first_rivals.frag replaces the edges of a cut triangle by planes through the eye. Its bound on
+// the rounding of `test_triangle` grows with the square of `reach`, because this test multiplies
+// coordinates of two corners.
 //
-// The depth of a hit is the depth of the triangle's plane, clamped to the range of the corners' depths. So
-// the field `depth`, the least corner's depth minus an error, is a lower bound. The plane's depth is
-// 1 / (`slope` . ray). `slope_off` covers the errors of the normal here and in the test. The hit's depth is
-// less than the plane's depth by at most `misjudged`.
+// The test clamps a hit's depth to the range of the corners' depths. So the least depth of a corner, minus
+// an error, is a lower bound: the field `depth`. The exact depth of the triangle's plane is 1 / (`slope` .
+// ray); `slope_off` covers the errors of the normal here and in the test. A hit may be less deep than the
+// plane, because of rounding and clamping, but by at most `misjudged`.
 
 uniform vec3 eye;
 uniform vec3 right;      // `right` and `up` are scaled as in Camera.basis

@@ -1,7 +1,7 @@
 #version 330 core
-// Draws a rectangle over all image tiles that may show a triangle. If a vertex lies beside
-// the eye or behind it, the rectangle covers the whole image. A triangle wholly behind the eye is not
-// drawn.
+// Draws one rectangle for each triangle (each instance), over all image tiles that may show this triangle.
+// If a vertex lies beside the eye or behind it, the rectangle covers the whole image. A triangle wholly
+// behind the eye is not drawn.
 
 #include <table_width>
 #include "core/fetch.glsl"
@@ -35,9 +35,9 @@ void main() {
         vec2 a = projected(corner_a);
         vec2 b = projected(corner_b);
         vec2 c = projected(corner_c);
-        // The vertex may be displaced by MARGIN times `size`, where `size` is at most 100 z. A displacement
-        // across the view moves the projected vertex in proportion to its length. A displacement along the
-        // view has at most the effect of a displacement across the view that is `slope` times as long.
+        // Rounding acts like a displacement d = MARGIN * size of a vertex (eye_triangle.glsl). In half
+        // images, d across the view moves the projected vertex by d / (slope * z), and d along the view
+        // moves it by at most d / z, because x and y are in [-1, 1]. Here d is small: size < 100 z.
         vec2 slope = vec2(length(right), length(up));
         vec2 wider = 0.5 * image * MARGIN * size / least(z) * (1.0 / slope + 1.0) * 2.0 + 0.01;
         lo = clamp(floor((min(min(a, b), c) - wider) / tile), vec2(0.0), tiles);

@@ -14,7 +14,7 @@ bool is_mixed(int signs) {
     return (signs & signs >> 3 & 7) != 0;
 }
 
-// The octant of the directions. All directions must lie in one octant.
+// The octant of the directions. The caller ensures that all directions lie in one octant (`is_mixed`).
 int octant_of(int signs) {
     return signs & 7;
 }

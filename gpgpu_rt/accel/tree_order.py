@@ -18,8 +18,8 @@ def levels(left: np.ndarray, right: np.ndarray) -> list[np.ndarray]:
 
 
 def pair_parents(left: np.ndarray, inner: np.ndarray) -> np.ndarray:
-    """Return (n,) int32, the parent of each node, -1 for the root. The right child of each inner
-    node must directly follow the left child. ``inner``, (n,) bool, marks inner nodes."""
+    """Return (n,) int32, the parent of each node, -1 for the root. ``inner``, (n,) bool, marks
+    inner nodes. The caller ensures that each right child directly follows its left sibling."""
     parent = np.full(len(left), -1, np.int32)
     nodes = np.flatnonzero(inner)
     parent[left[nodes]] = parent[left[nodes] + 1] = nodes

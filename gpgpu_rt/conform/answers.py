@@ -31,7 +31,7 @@ Trace = Callable[[Case], EngineAnswers]
 def of_distances(case: Case, t: np.ndarray, triangle: np.ndarray,
                  any_hit: np.ndarray | None = None) -> EngineAnswers:
     """Return the answers of an engine that knows no t_max: a hit beyond t_max becomes a miss. The
-    case must have no t_min above 0."""
+    caller ensures that no t_min of the case is above 0."""
     t, triangle = np.array(t, np.float64), np.array(triangle)
     for name, given in (("t", t), ("triangle", triangle)):
         if given.shape != (len(case.origins),):

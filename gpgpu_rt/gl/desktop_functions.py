@@ -28,7 +28,7 @@ UINT, INT, POINTER, FLOAT, DOUBLE = (
 
 
 class DesktopFunctions:
-    """Returns addresses of OpenGL functions. The object must live as long as the context.
+    """Returns addresses of OpenGL functions. The caller keeps the object as long as the context.
 
     A stub replaces a function that ES lacks. The stub sets the error GL_INVALID_OPERATION, or does
     nothing for `WITHOUT_EFFECT`. An exception in this class sets GL_INVALID_OPERATION, too.

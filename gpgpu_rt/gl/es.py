@@ -19,9 +19,9 @@ precision highp usampler2D;
 #define PRECISE
 
 """
-# HEADER replaces #version. In a compiled text, HEADER also replaces the next lines, which enable
-# an extension and define PRECISE. In a text from `program_text`, a later line enables the
-# extension; _EXTENSION finds this line.
+# HEADER replaces the line #version. In `ObservedPass.texts`, the lines that enable an extension
+# and define PRECISE come next, and HEADER replaces them too. In a text from `program_text`, the
+# line #extension comes later: _EXTENSION finds this line, and `es_text` removes it.
 _VERSION = re.compile(r"\A#version 330 core\n(?:#extension .*?#endif\n)?", re.S)
 _EXTENSION = re.compile(r"^#extension .*\n", re.M)
 _GLOBAL = re.compile(r"^(?:const )?(?:float|int|uint|i?vec[234]) (\w+) = ([^;]+);([ \t]*//.*)?$",
@@ -84,8 +84,9 @@ def _expanded(text: str, name: str, names: list[str], body: str) -> str:
     while (found := call.search(text)) is not None:
         values, end = _arguments(text, found.end())
         if len(values) != len(names):
-            raise ShaderError(f"GLSL ES cannot join names, and the macro {name} takes "
-                              f"{len(names)} values: {text[found.start():end]}")
+            raise ShaderError(f"GLSL ES cannot join names, so calls of the macro {name} are "
+                              f"expanded; a call must have {len(names)} values, but this call "
+                              f"does not: {text[found.start():end]}")
         line = text[text.rfind("\n", 0, found.start()) + 1:end]
         if line.startswith("#define"):
             raise ShaderError(f"GLSL ES cannot join names, but the macro {name} does, and "

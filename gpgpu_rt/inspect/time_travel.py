@@ -119,8 +119,9 @@ def one_pass_alone(method: Method) -> str:
 
 
 def watchable_relatives(method: Method) -> list[str]:
-    """Return the methods of the same family whose passes can be observed. If some of these methods
-    agree with ``method`` in the use of stacks and packets, return only those."""
+    """Return the methods of the same family (folder of methods) whose passes can be observed. If
+    some of these methods agree with ``method`` in the use of stacks and packets, return only those
+    methods."""
     family = [row for row in methods() if family_of(row.name) == family_of(method.name)
               and {"step", "kernels"} & set(row.schedules)]
     alike = [row for row in family if (row.stack, row.packet) == (method.stack, method.packet)]

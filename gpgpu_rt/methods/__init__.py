@@ -25,7 +25,7 @@ from .tree_unit import rows as tree_unit
 
 _TABLE: dict[str, Method] = {}
 _FILES: dict[str, Path] = {}    # the Python file of each row
-_FAMILY: dict[str, str] = {}    # the family of each built-in method
+_FAMILY: dict[str, str] = {}    # the words for the folder of each built-in method
 _LOADED: set[Path] = set()      # folders whose methods are in the table
 
 
@@ -48,7 +48,8 @@ def file_of(name: str) -> Path | None:
 
 
 def family_of(name: str) -> str:
-    """Return a method's family in plain words, such as "kd-tree"; "own method" for users' rows."""
+    """Return words for a method's family (its folder), such as "kd-tree"; "own method" for users'
+    rows."""
     return _FAMILY.get(find_method(name).name, "own method")
 
 

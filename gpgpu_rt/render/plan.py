@@ -85,7 +85,7 @@ class Plan:
         for kind, names in self.left_out.items():
             for name, reason in names.items():
                 by_reason.setdefault(reason, []).append(f"{kind} {name}")
-        lines.append("left out:")
+        lines.append("left out, by reason:")
         lines += [f"  {reason}: {', '.join(names)}" for reason, names in by_reason.items()]
         return lines
 

@@ -30,8 +30,8 @@ class NamedScene:
     name : The scene's name.
     triangles : Number of triangles of the procedural version, or of ``file`` if ``make`` is None.
     make : Function that builds the procedural version; None if there is none.
-    stand_in : The original that the procedural version replaces. None without a procedural
-        version, or if the procedural version is the original.
+    stand_in : The name of the original that the procedural version replaces. None if there is no
+        procedural version, or if the procedural version is itself the original.
     original : The source of the original, or "not available". For a scene without an original,
         a description of the scene.
     page : A hint for an original that cannot be fetched: the owner's page, if any, and the file
@@ -80,8 +80,9 @@ ROWS: dict[str, NamedScene] = {row.name: row for row in (
                page="the arrangement was never published; a mesh of your own must be named "
                "cows.ply"),
     NamedScene("conference", 282_641, rooms.conference, "the conference room",
-               "McGuire Computer Graphics Archive: Conference Room (331,179 triangles, not the "
-               "papers' edition)", (300.0, 560.0, -250.0), by_part),
+               "McGuire Computer Graphics Archive: Conference Room (331,179 triangles; the "
+               "papers in the survey use editions of 274,000 to 282,801)",
+               (300.0, 560.0, -250.0), by_part),
     NamedScene("fairyforest", 174_117, outdoors.fairyforest, "the Utah fairy forest",
                "Utah 3D Animation Repository: Fairy Forest",
                page="https://www.sci.utah.edu/~wald/animrep/ publishes the fairy forest; save "
@@ -97,11 +98,13 @@ ROWS: dict[str, NamedScene] = {row.name: row for row in (
     NamedScene("shirley6", 804, rooms.shirley6, "Shirley's scene 6", "not available",
                page="its model was never published; a mesh of your own must be named "
                "shirley6.ply"),
-    NamedScene("buddha", 100_000, creatures.buddha, "the Buddha of Figure 1, here a tenth of the "
-               "original's 1,087,716 triangles", "Stanford 3D Scanning Repository: Happy Buddha",
+    NamedScene("buddha", 100_000, creatures.buddha, "the Buddha of the survey's Figure 1, here "
+               "with a tenth of the original's 1,087,716 triangles",
+               "Stanford 3D Scanning Repository: Happy Buddha",
                page="http://graphics.stanford.edu/data/3Dscanrep/ publishes the Happy Buddha; "
                "save its happy_vrip.ply as buddha.ply"),
-    NamedScene("tenk", 10_000, outdoors.tenk, None, "built in: 10,000 triangles for Table 1"),
+    NamedScene("tenk", 10_000, outdoors.tenk, None, "built in: 10,000 triangles for "
+               "the survey's Table 1"),
     NamedScene("stadium", 8_000, outdoors.stadium, None, "built in: a teapot in a stadium; "
                "stadium:RATIO sets the teapot's size divided by the stadium's",
                takes_argument=True),
@@ -121,11 +124,12 @@ ROWS: dict[str, NamedScene] = {row.name: row for row in (
                page="its images were never published; a mesh of your own must be named car.ply"),
     NamedScene("cornell-light", 38, lit.cornell_light, None,
                "built in: the Cornell box under its lamp"),
-    NamedScene("statue", 100_002, lit.statue, "the mirrored statue of Figure 1", "see buddha"),
-    NamedScene("glass-teapot", 12_002, lit.glass_teapot, "the glass teapot of Figures 1 and 7",
-               "Martin Newell's teapot, tessellated"),
-    NamedScene("soft-shadows", 6_000, lit.soft_shadows, "the soft shadows of Figure 7",
-               "not available"),
+    NamedScene("statue", 100_002, lit.statue, "the mirrored statue of the survey's "
+               "Figure 1", "see buddha"),
+    NamedScene("glass-teapot", 12_002, lit.glass_teapot, "the glass teapot of the "
+               "survey's Figures 1 and 7", "Martin Newell's teapot, tessellated"),
+    NamedScene("soft-shadows", 6_000, lit.soft_shadows, "the soft shadows of the survey's "
+               "Figure 7", "not available"),
     NamedScene("cow", 5_804, creatures.cow, "Viewpoint's cow",
                "common-3d-test-models: cow.obj (Viewpoint Animation Engineering)",
                page="https://github.com/alecjacobson/common-3d-test-models publishes the cow; "

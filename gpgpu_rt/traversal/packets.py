@@ -26,7 +26,9 @@ from .schedules import Traversal, method_defines, method_texts
 # Largest number of steps of a packet in its pass. A step costs at most three loop iterations, and
 # llvmpipe ends every loop after 65,535 iterations.
 PACKET_STEPS = 20_000
-LIVE = 1   # phase of an unsettled ray: PACKET_STEPS ended the packet, not the ray's search
+# Phase of an unsettled ray: the limit PACKET_STEPS stopped its packet before the ray's search was
+# over.
+LIVE = 1
 
 
 class PacketTraversal(MethodDriver):

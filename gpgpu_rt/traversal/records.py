@@ -1,4 +1,4 @@
-"""Records that methods of several families share: states, stack entries, entry points and hits."""
+"""Records that several folders of methods share: states, stack entries, entry points and hits."""
 from __future__ import annotations
 
 from ..gl.record import EXACT_INTEGER, Record

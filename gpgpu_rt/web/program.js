@@ -49,7 +49,8 @@ function marked(lines, kernels) {
     return found;
 }
 
-// Marks the kernel for which the clicked ray waits. With `scrolls`, scrolls to this kernel if it has changed.
+// Marks the kernel for which the clicked ray waits. With `scrolls`, also scrolls to this kernel, unless the last call
+// with `scrolls` was for the same kernel.
 function markKernel(kernel, scrolls) {
     const box = element("text"), marks = [...box.querySelectorAll("mark")];
     for (const mark of marks) mark.classList.toggle("present", mark.dataset.kernel === kernel);

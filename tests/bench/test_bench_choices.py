@@ -35,7 +35,8 @@ def test_trimeshs_engine_gets_its_rays_in_blocks(monkeypatch) -> None:
 @pytest.mark.parametrize("kind", ["eye", "mirror", "shadow"])
 def test_statistics_count_the_work_per_ray(kind: str, capsys) -> None:
     """`bench` divides the work by the number of rays. Pixels without a ray do not count, although
-    the tracer's means are over all pixels. The rays of a packet share its work."""
+    the tracer's means are over all pixels. A packet's work is divided among its rays: each ray of
+    a 2 x 2 packet counts a quarter of the work."""
     arguments = ["bench", "bunny", "--size", "16", "-m", "grid,bvh-packet", "--runs", "1",
                  "--rays", kind, "--engine", "none", "--statistics"]
     assert cli.main([*arguments, "--json"]) == 0
@@ -64,7 +65,8 @@ def test_statistics_count_the_work_per_ray(kind: str, capsys) -> None:
 
 def test_the_json_says_how_to_repeat_the_run(capsys) -> None:
     """The JSON has the command line, the date and the number of rounds. An entry has the defaults
-    of its options, and the quartiles of its times. Without embreex, no time is called noisy."""
+    of its options, and the quartiles of its times. Without embreex there is no verdict, so the
+    field `too_noisy`, which says why a verdict is impossible, is empty."""
     words = ["bench", "cornell", "--size", "8", "--runs", "3", "-m", "grid", "--resolution", "4",
              "--engine", "none", "--json"]
     before = datetime.datetime.now(datetime.timezone.utc)

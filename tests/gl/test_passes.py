@@ -101,9 +101,10 @@ def test_release_takes_whatever_parts_are_kept_in(gpu: Gpu) -> None:
 
 def test_arrays_that_fragments_write_are_tried_before_they_are_trusted(gpu: Gpu,
                                                                        monkeypatch) -> None:
-    """Fragments may write into their own arrays at different indices. softpipe mixes up such
-    arrays; llvmpipe does not. If a renderer mixes them up, a method that needs them is refused,
-    and other methods run."""
+    """Each fragment has its own copy of a local array of the program. Neighbouring fragments can
+    write into their copies at different indices. softpipe then mixes up the copies; llvmpipe does
+    not. If a renderer mixes them up, methods that need such arrays are refused, and other methods
+    run."""
     assert _kept(gpu) == ("softpipe" not in gpu.renderer)
     monkeypatch.setattr(gpu, "keeps_own_arrays", False)
     for method, options in (("kd-stack", {}), ("bvh-stack", {}), ("bih", {"stack_size": 4})):

@@ -31,6 +31,7 @@ def test_the_plan_is_printed_before_drawing(render, capsys) -> None:
     assert render("--explain") == 0
     words = capsys.readouterr().out
     assert words.index("refract") < words.index("wrote ")
+    # In the list of what is left out, the reason comes before the names.
     assert "no material has a texture: texture corner_uv" in words
     assert np.ptp(np.asarray(Image.open(render.out))) > 0
 

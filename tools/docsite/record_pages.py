@@ -32,7 +32,8 @@ def _modules() -> Iterator[tuple[str, dict[str, Record]]]:
     """Yields each module that declares records, and the records by name."""
     paths = [path for path in _PACKAGE.rglob("*.py")
              if path.name in ("records.py", "triangle_table.py")]
-    # Shared records come first. Families import some of them, and a record is listed only once.
+    # Shared records come first, so that each record is listed only in the module that declares it:
+    # modules below methods/ import some of the shared records.
     for path in sorted(paths, key=lambda path: ("methods" in path.parts, path)):
         parts = path.relative_to(_PACKAGE).with_suffix("").parts
         module = importlib.import_module(".".join(("gpgpu_rt", *parts)))

@@ -20,8 +20,9 @@ BUILD_OPTIONS = (
     Option("build", "sah", "builder of the tree",
            choices=("sah", "kay-kajiya", "goldsmith-salmon", "lbvh", "hybrid"),
            label="tree builder"),
-    Option("build_device", "cpu", "build with numpy on the host, or with fragment passes (not "
-           "kay-kajiya or goldsmith-salmon)", choices=("cpu", "gpu"), label="build on"),
+    Option("build_device", "cpu", "cpu builds the tree with numpy on the host; gpu builds it with "
+           "fragment passes, and needs build=sah, build=lbvh or build=hybrid",
+           choices=("cpu", "gpu"), label="build on"),
     Option("morton_bits", None, "bits per axis of the Morton codes of the builds lbvh and hybrid; "
            "default: 10 for lbvh, 2 for hybrid", int, minimum=1,
            goes_with=("build", ("lbvh", "hybrid")), label="Morton code bits"),

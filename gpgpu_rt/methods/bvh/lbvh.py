@@ -121,7 +121,7 @@ class RadixTree:
     def cut(self, kept: np.ndarray, order: np.ndarray) -> LooseTree:
         """Return the tree with the kept gaps as inner nodes. Slots between kept gaps form leaves.
 
-        kept : (n - 1,) bool; the ancestors of a kept gap must be kept too
+        kept : (n - 1,) bool; the caller ensures that the ancestors of a kept gap are kept too
         order : (n,) int64, the triangle of each slot
         """
         gaps = np.flatnonzero(kept)

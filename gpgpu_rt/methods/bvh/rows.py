@@ -115,7 +115,7 @@ _INTERVAL_TEST = Option("interval_test", False, "test a box once for all rays of
                         "interval arithmetic", bool, define="INTERVAL_TEST",
                         label="test boxes by interval")
 _STREAMS = Option("streams", False, "instead of packets, trace a stream of (ray, node) pairs; "
-                  "each pass filters the stream; schedule kernels only", bool, excludes=(
+                  "each pass filters the stream; needs schedule=kernels", bool, excludes=(
                       "packet", "octants", "interval_test", "vertex_culling", "entry_points"),
                   label="streams, not packets")
 _STREAM_SIZE = Option("stream_size", 1 << 15, "with streams: largest number of (ray, node) pairs "

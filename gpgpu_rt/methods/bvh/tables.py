@@ -39,7 +39,7 @@ class Layout(Protocol):
     def fields(self, bvh: Bvh, options: Options) -> tuple[Fields, dict[str, Any]]:
         """Return the table's fields, and the uniforms that depend on boxes.
 
-        ``bvh`` must be the tree of the constructor, perhaps with other boxes.
+        ``bvh`` is the tree of the constructor, perhaps with other boxes.
         """
 
     def boxes(self, bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:

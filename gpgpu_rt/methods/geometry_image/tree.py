@@ -91,7 +91,7 @@ class ImageTree:
         return at
 
     def without_area(self, triangles: np.ndarray) -> np.ndarray:
-        """Return whether each triangle has no area, (n,) bool. `shrink_flat` must have run."""
+        """Return whether each triangle has no area, (n,) bool. Call `shrink_flat` first."""
         v0, v1, v2 = triangles.transpose(1, 2, 0)    # faster one axis at a time
         return np.logical_and.reduce([v0[a] == v[a] for v in (v1, v2) for a in range(3)])
 

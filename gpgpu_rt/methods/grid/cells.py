@@ -220,7 +220,7 @@ class Shapes:
     def overlap(self, triangle: np.ndarray, cell: np.ndarray) -> np.ndarray:
         """Return (m,) bool, whether triangle[i] overlaps cell[i], (m, 3).
 
-        The box of each triangle must overlap the cell.
+        The caller ensures that the box of triangle[i] overlaps cell[i].
         """
         low, height = self.plane_range(triangle, cell)
         up = cell[np.arange(len(cell)), self.axis[triangle]]

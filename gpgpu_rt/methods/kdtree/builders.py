@@ -22,8 +22,9 @@ BUILD_OPTIONS = (
            "nodes, zhou splits large nodes in the middle, hybrid builds the upper levels from "
            "Morton codes",
            choices=("sah", "zhou", "hybrid"), label="tree builder"),
-    Option("build_device", "cpu", "build with numpy on the host, or with fragment passes (builds "
-           "zhou and hybrid only)", choices=("cpu", "gpu"), label="build on"),
+    Option("build_device", "cpu", "cpu builds the tree with numpy on the host; gpu builds it with "
+           "fragment passes, and needs build=zhou or build=hybrid",
+           choices=("cpu", "gpu"), label="build on"),
     Option("split", "binned", "candidate split planes of the builds sah and hybrid",
            choices=("binned", "exact"), goes_with=("build", ("sah", "hybrid")),
            label="split planes"),
@@ -46,7 +47,9 @@ BUILD_OPTIONS = (
 def automatic_values(triangles: np.ndarray, options: Mapping[str, Any]) -> dict[str, int]:
     """Return option -> the value that `built_kdtree` uses if the option is None.
 
-    The build zhou has two depth limits, so it has no value for ``max_depth``.
+    The build zhou has two default limits: for the depth of large nodes, and for the levels below
+    small roots (`zhou.rules_of`). No value of ``max_depth`` stands for both limits, so the result
+    for zhou is empty.
     """
     if options["build"] == "zhou":
         return {}
@@ -76,8 +79,8 @@ def built_kdtree(triangles: np.ndarray, options: Mapping[str, Any]) -> KdTree:
         return build_kdtree_by_passes(open_gpu(options["context"]), triangles, **chosen)
     if "workers" not in chosen:
         return cached(build_kdtree, triangles, **chosen)
-    # The cache's key does not contain the number of workers, which changes a tree only if a group
-    # of subtrees reaches the limit on references (shevtsov.py).
+    # The cache's key leaves out the number of workers. Every number of workers builds the same
+    # tree, unless the limit MOST_REFERENCES stops the growth of subtrees (shevtsov.py).
     parallel = functools.update_wrapper(
         functools.partial(build_kdtree, workers=chosen.pop("workers")), build_kdtree)
     return cached(parallel, triangles, **chosen)

@@ -145,7 +145,7 @@ class GrownNodes:
             plane: np.ndarray | None = None) -> None:
         """Append a level. `axis` and `plane` are the splits of its `inner` nodes.
 
-        The next level must hold the left children of all inner nodes, then the right children.
+        The caller then appends the children: all left children, then all right children.
         """
         n, split_count = len(level.count), len(inner)
         axes, planes = np.full(n, LEAF, np.int8), np.zeros(n, np.float32)

@@ -22,7 +22,7 @@ class SmallRoots:
         self._parts: list[tuple[np.ndarray, ...]] = []
 
     def add(self, level: KdLevel, node: np.ndarray, levels: int) -> None:
-        """Add the nodes of a level, which must all be small.
+        """Add the nodes of a level. The caller ensures that all of them are small.
 
         Parameters
         ----------

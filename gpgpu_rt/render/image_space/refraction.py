@@ -1,7 +1,7 @@
 """Image-space refraction: refracts light at two interfaces of a mesh, by two rasteriser passes.
 
-The method is Wyman's (2005); see ``glsl/image_space/refraction_front.frag``. The mesh must be
-closed and consistently oriented. The background counts as infinitely far away, so only the
+The method is Wyman's (2005); see ``glsl/image_space/refraction_front.frag``. It needs a
+closed, consistently oriented mesh. The background counts as infinitely far away, so only the
 direction of the light matters. The point at which light leaves the mesh is an estimate, exact for
 a slab and good for a convex mesh.
 """

@@ -122,8 +122,8 @@ def test_a_packet_leaves_an_empty_leaf_at_once(skips: bool) -> None:
     """With `skip_empty_leaves`, no visit ends at an empty leaf. Without this option, the kernel
     `leave` follows such a visit, because an empty leaf has no triangle to intersect.
 
-    Push-down is off: with push-down, a restart may begin at an empty leaf that the packet has
-    passed.
+    Push-down is off. With push-down, the node at which a restart begins moves down the tree, and
+    may become an empty leaf that the packet has passed. The next visit would end at this leaf.
     """
     scene = soup_scene(150, 3)
     passes: list[Pass] = []
@@ -133,7 +133,7 @@ def test_a_packet_leaves_an_empty_leaf_at_once(skips: bool) -> None:
         tree = tracer.accelerator.structure
     is_empty = (tree.axis == LEAF) & (tree.count == 0)
     states = [one.state for one in passes if one.kernel == "visit"]
-    # Kernels 1 and 3 are `traverse` and `leave`.
+    # last == 1: the kernel `traverse` ran last. phase == 3: the kernel `leave` runs next.
     phases = np.concatenate([state["phase"][(state["last"] == 1) & is_empty[state["from"]]]
                              for state in states])
     assert is_empty.any() and (len(phases) == 0) == skips and (phases == 3).all()

@@ -1,6 +1,6 @@
 #version 330 core
-// Copies the final positions of a level's small roots (small nodes whose parents are large) to the list of
-// all small roots' positions.
+// Appends a level's small roots to the list of all small roots: copies the places of a root and of its
+// children in the finished tree (zhou_places.frag). A small root is a small node whose parent is large.
 
 #include <records>
 #include "core/stream.glsl"
