@@ -26,9 +26,8 @@ WARP, CLOCKS = 32, 4      # rays in a warp; clocks per instruction of a warp
 MEMORIES = range(512, 128 * 1024 + 1, 512)    # on-chip bytes of a multiprocessor
 CHANNEL = 4               # bytes
 INVERSE = 3 * CHANNEL     # bytes of 1 / direction, which a program keeps during its loop
-# The survey's numbers: stack bytes a ray, and rays that could run at once.
+# The survey's number of stack bytes a ray.
 SURVEYS = int(published("text", "", "bvh stack", quantity="local stack per ray") or 0)
-AT_ONCE = int(published("text", "", "", quantity="processes in parallel") or 0)
 
 
 def _bytes(fields: Iterable[Field], names: Iterable[str] | None = None) -> int:
@@ -283,6 +282,10 @@ def _holds(claim: bool) -> str:
     return "holds" if claim else "does not hold"
 
 
+def _right(faster: bool) -> str:
+    return "right" if faster else "wrong"
+
+
 def _rate(row: list[Any], share: float) -> float:
     """A table row's Mrays/s if the kernels had only a ``share`` of their instructions."""
     card = machines()[CARD]
@@ -292,39 +295,28 @@ def _rate(row: list[Any], share: float) -> float:
 
 
 def _paragraph(found: list[list[Any]]) -> str:
+    """Say whether it was right to avoid the stack, and whether the survey's claim holds."""
     card, by = machines()[CARD], {row[0]: row for row in found}
-    parts = [
-        f"The survey computes that the {card.on_chip // 1024} KiB of the {CARD} hold the stacks "
-        f"of only {card.on_chip // SURVEYS} rays, at {SURVEYS} bytes a ray, although the card "
-        f"could run {AT_ONCE} rays at once. The survey concludes that stacks gain nothing on this "
-        f"card. But each multiprocessor has its own {card.on_chip // 1024} KiB. "
-        f"{card.on_chip // SURVEYS} such stacks fit into a multiprocessor of {WARP // CLOCKS} "
-        f"lanes, and {card.multiprocessors * card.on_chip // SURVEYS} on the card. There are "
-        "enough rays for the lanes; the question is whether there are enough to hide the latency "
-        "of fetches."]
-    for label in DEPTHS:
-        if label in by:
-            row = by[label]
-            parts.append(
-                f"{label} keeps a stack of {row[2]} bytes a ray, as deep as the tree requires "
-                f"(rays filled {row[3]} entries at most). {row[7]} rays fit on a "
-                "multiprocessor" + (
-                    "." if row[6] is None else f", but {number(row[6])} are needed to hide the "
-                    f"latency of fetches. The rate is {number(100 * row[8])} % of the peak."))
-    if {"kd-restart", "kd-stack"} <= by.keys():
-        restart, stack = by["kd-restart"], by["kd-stack"]
-        best = max((row for row in found if row[9] is not None), key=lambda row: row[9])
-        parts.append(
-            f"kd-restart fits {restart[7]} rays into registers and reaches {number(restart[9])} "
-            f"Mrays/s, and kd-stack {number(stack[9])}. With unlimited memory they reach "
-            f"{number(restart[10])} and {number(stack[10])}. {best[0]} is the fastest of the "
-            "methods with a rate. With the card's memory, the survey's claim "
-            + _holds(stack[9] < restart[9]) + " for kd-stack against kd-restart. "
-            + ("The reason is that too few rays fit to hide the latency of kd-stack's fetches. "
-               "The survey gives another reason: that too few rays fit to fill the lanes."
-               if stack[9] < restart[9] <= stack[10]
-               else "More memory for stacks would not change this order.")
-            + " With half of the compiled instructions the claim "
-            + _holds(_rate(stack, 0.5) < _rate(restart, 0.5)) + ", and with a quarter it "
-            + _holds(_rate(stack, 0.25) < _rate(restart, 0.25)) + ".")
-    return " ".join(parts)
+    survey = ("The survey claims that stacks gain nothing on this card, because "
+              f"{card.on_chip // 1024} KiB hold the stacks of only {card.on_chip // SURVEYS} "
+              f"rays, at {SURVEYS} bytes a ray. But each of the {card.multiprocessors} "
+              f"multiprocessors has its own {card.on_chip // 1024} KiB.")
+    if not {"kd-restart", "kd-ropes", "kd-stack"} <= by.keys():
+        return survey
+    restart, ropes, stack = by["kd-restart"], by["kd-ropes"], by["kd-stack"]
+    best = max((row for row in found if row[9] is not None), key=lambda row: row[9])
+    return (
+        f"By the predicted rates on the {CARD}, it was {_right(restart[9] > stack[9])} to avoid "
+        f"the stack by restarts, and {_right(ropes[9] > stack[9])} to avoid it by ropes: "
+        f"kd-restart traces {number(restart[9] / stack[9])} times as many rays per second as "
+        f"kd-stack, and kd-ropes {number(ropes[9] / stack[9])} times as many.\n\n"
+        f"{survey} {stack[7]} rays of kd-stack fit on a multiprocessor, and {number(stack[6])} "
+        "are needed to hide the latency of fetches. By the table's rates, the survey's claim "
+        f"{_holds(stack[9] < restart[9])} for kd-stack against kd-restart. "
+        + ("The reason is that too few rays fit to hide the latency of kd-stack's fetches."
+           if stack[9] < restart[9] <= stack[10]
+           else "More memory for stacks would not change this order.")
+        + " With half of the compiled instructions the claim "
+        f"{_holds(_rate(stack, 0.5) < _rate(restart, 0.5))}, and with a quarter it "
+        f"{_holds(_rate(stack, 0.25) < _rate(restart, 0.25))}. {best[0]} is the fastest of the "
+        "methods with a rate.")

@@ -16,6 +16,7 @@ from gpgpu_rt.figures.experiments import gap_work, ideal_hardware, retention, si
 from gpgpu_rt.figures.experiments.coherence import observe_order
 from gpgpu_rt.figures.framework import results
 from gpgpu_rt.figures.framework.cell import Cell
+from gpgpu_rt.figures.framework.output import number
 from gpgpu_rt.hardware.image_issues import STEPWISE, tile_pixels
 from gpgpu_rt.hardware.issue import WHILE_WHILE, WITHIN, issued_in_loop
 from gpgpu_rt.hardware.machines import machines
@@ -173,6 +174,12 @@ def test_the_paragraph_on_stacks_follows_the_numbers(tmp_path: Path, monkeypatch
     assert (rows["kd-stack"] < rows["kd-restart"]) is held
     page = (tmp_path / "stacks.md").read_text()
     assert f"the survey's claim {'holds' if held else 'does not hold'} for kd-stack" in page
+    answer = page.split("\n\n")[1]
+    restart, ropes = (rows[name] / rows["kd-stack"] for name in ("kd-restart", "kd-ropes"))
+    assert answer.count(". ") == 0 and len(answer.split()) < 50
+    assert f"it was {'right' if held else 'wrong'} to avoid the stack by restarts" in answer
+    assert f"kd-restart traces {number(restart)} times as many" in answer
+    assert f"kd-ropes {number(ropes)} times as many" in answer
 
 
 def test_fewer_instructions_need_more_rays_to_hide_fetches() -> None:

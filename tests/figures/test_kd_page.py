@@ -1,9 +1,11 @@
 """The tables of counters in docs/kd-trees.md equal measured numbers."""
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
+from snippets import without_meshes
 
 import gpgpu_rt as rt
 from gpgpu_rt.scene import catalogue
@@ -40,6 +42,17 @@ def test_counters_are_as_the_page_says(scene: str, method: str) -> None:
     if single:
         for name in ("leaves visited", "triangles tested"):
             assert counters[name.replace(" ", "_")] == pytest.approx(rows[name][scene], rel=0.006)
+
+
+@pytest.mark.parametrize("scene", ["cornell", pytest.param("bunny", marks=pytest.mark.full)])
+def test_counters_without_the_meshes_are_as_the_page_says(scene: str, tmp_path: Path) -> None:
+    said = re.search(r"`kd-restart` then visits (\S+) nodes on the bunny and (\S+) on cornell",
+                     PAGE.read_text())
+    assert said is not None
+    with without_meshes(tmp_path), rt.Tracer(scene, "kd-restart", statistics=True) as tracer:
+        tracer.trace(*tracer.scene.camera.rays((256, 256)))
+        assert tracer.statistics.counters["nodes_visited"] == pytest.approx(
+            float(said[1 if scene == "bunny" else 2]), rel=0.006)
 
 
 def test_every_method_of_the_family_has_its_row_and_paragraph() -> None:
