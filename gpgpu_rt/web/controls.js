@@ -198,6 +198,7 @@ function rescale(scale) {
 async function follow() {
     if (!chosen.ray) {
         path = null;
+        element("mark").hidden = true;
         element("ray").textContent = "";
         return steps();
     }
@@ -208,6 +209,7 @@ async function follow() {
         const direction = readTexture(result.directions, 1, 1, x, y);
         path = {key, states: await pathOf(method, camera, direction), direction, origin: camera.eye};
     }
+    markPixel(x, y, side);
     describe(x, y);
     steps();
 }
