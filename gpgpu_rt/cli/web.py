@@ -33,18 +33,22 @@ def _web(chosen: argparse.Namespace) -> None:
     folder = not chosen.output.lower().endswith((".html", ".htm"))
     if folder:
         made = write_gallery(scene, names, chosen.output, lenient, say)
-        written, size = made.pages, made.bytes
+        methods, written, size = made.methods, made.pages, made.bytes
     else:
         check_writable(chosen.output)
-        write_page(scene, names, chosen.output, lenient)
+        methods = tuple(write_page(scene, names, chosen.output, lenient))
         written, size = (chosen.output,), Path(chosen.output).stat().st_size
-    shown = [name for name in names if name not in left_out]
+    shown = [one.name for one in methods]
+    without_steps = {one.name: one.no_path for one in methods if not one.has_steps}
     print_stand_in(scene, chosen.json)
     if chosen.json:
         return print_json({**scene.facts(), "methods": shown, "left_out": left_out,
-                           "output": chosen.output, "pages": written, "bytes": size})
+                           "without_steps": without_steps, "output": chosen.output,
+                           "pages": written, "bytes": size})
     print(f"wrote {chosen.output}: {', '.join(shown)}; "
           f"{counted(len(written), 'page')}, {size / 1e6:.1f} MB")
+    for name, reason in without_steps.items():
+        print(f"the page shows no steps and no path of {name}: {reason}")
     for reason in left_out.values():
         print(f"left out: {reason}")
     if folder:

@@ -198,6 +198,7 @@ function rescale(scale) {
 async function follow() {
     if (!chosen.ray) {
         path = null;
+        element("mark").hidden = true;
         element("ray").textContent = "";
         return steps();
     }
@@ -208,6 +209,7 @@ async function follow() {
         const direction = readTexture(result.directions, 1, 1, x, y);
         path = {key, states: await pathOf(method, camera, direction), direction, origin: camera.eye};
     }
+    markPixel(x, y, side);
     describe(x, y);
     steps();
 }
@@ -358,11 +360,12 @@ function sayUnread() {
     const choices = [...new URLSearchParams(location.hash.slice(1))];
     const named = (choices.find(([name]) => name === "method") || [])[1];
     const method = runnable.find(({name}) => name === named) || opening;
+    const only = {method: `the page runs only ${runnable.map(({name}) => name).join(", ")}`,
+                  schedule: `${method.name} has only ${Object.keys(method.schedules).join(", ")}`};
     const unread = choices.filter(([name, text]) => !Object.hasOwn(UNDERSTOOD, name) || !UNDERSTOOD[name](text, method))
         .map(([name, text]) => {
-            const part = `${name}=${text}`, known = Object.keys(method.schedules).join(", ");
-            return (part.length > 60 ? `${part.slice(0, 60)}...` : part)
-                + (name === "schedule" ? ` (${method.name} has only ${known})` : "");
+            const part = `${name}=${text}`, cut = part.length > 60 ? `${part.slice(0, 60)}...` : part;
+            return Object.hasOwn(only, name) ? `${cut} (${only[name]})` : cut;
         });
     element("unread").textContent = unread.length ? `The page cannot follow these parts of its address: ${
         unread.join("; ")}` : "";

@@ -53,6 +53,11 @@ class WebMethod:
     no_path: str
     costs: Mapping[str, Any]
 
+    @property
+    def has_steps(self) -> bool:
+        """Whether the page shows the steps of the search: ``loop`` has no steps to show."""
+        return any(one["repeats"] for one in self.schedules.values())
+
 
 def why_not_in_browser(row: Method) -> str:
     """Return why a method does not run on a page; "" if the method runs."""
@@ -66,9 +71,10 @@ def why_not_in_browser(row: Method) -> str:
 def _why_no_path(row: Method, left_out: Mapping[str, str]) -> str:
     """Return why a page shows no path of a ray; "" if the page shows the path. ``left_out`` maps
     each schedule that does not run on the page to the reason."""
-    if row.packet:
-        return f"method {row.name} traces packets, and a state belongs to all rays of a packet"
-    return one_pass_alone(row) if row.schedules == ("loop",) else left_out.get("step", "")
+    if row.schedules == ("loop",):
+        return one_pass_alone(row)
+    packets = f"method {row.name} traces packets, and a state belongs to all rays of a packet"
+    return left_out.get("step", packets if row.packet else "")
 
 
 def web_names(names: list[str] | None = None) -> list[str]:

@@ -17,7 +17,7 @@ from ..scene.loading import load_scene
 from ..scene.scene import Scene
 from ..tracer import Tracer
 from .about import about
-from .export import web_names, why_not_in_browser
+from .export import WebMethod, web_names, why_not_in_browser
 from .page import write_page
 from .twins import TWINS, Twin
 
@@ -31,10 +31,12 @@ class Gallery:
 
     Attributes
     ----------
+    methods : the methods that have a page each
     pages : names of the files in the folder, the index last
     bytes : size of all files
     """
 
+    methods: tuple[WebMethod, ...]
     pages: tuple[str, ...]
     bytes: int
 
@@ -64,12 +66,11 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
     """
     web_names(list(names))
     path = _made(folder)
-    shown, reasons = [], dict[str, str]()
+    shown, reasons = list[WebMethod](), dict[str, str]()
     for name in names:
         say(f"{name} on {scene.title}")
         try:
-            write_page(scene, [name], str(path / f"{name}.html"), index=INDEX)
-            shown.append(name)
+            shown += write_page(scene, [name], str(path / f"{name}.html"), index=INDEX)
         except (OptionError, LimitError) as reason:
             # Raise the error only after the other pages and the index are written.
             reasons[name] = str(reason)
@@ -80,15 +81,15 @@ def write_gallery(scene: Scene, names: Sequence[str], folder: str,
         write_page(its_scene, list(twin.methods), str(path / twin.file),
                    title=f"{_figure_title(twin.figure)}: {its_scene.title} by "
                          f"{', '.join(twin.methods)}", caption=twin.shows, index=INDEX)
-    maps = {name: _map(scene, name) for name in shown}
+    maps = {one.name: _map(scene, one.name) for one in shown}
     with replacing(path / INDEX) as file:
         file.write_text(_index(scene, maps, twins, reasons), encoding="utf-8")
     if left_out is not None:
         left_out.update(reasons)
     elif reasons:
         raise OptionError("; ".join(reasons.values()))
-    pages = *(f"{name}.html" for name in shown), *(twin.file for twin in TWINS), INDEX
-    return Gallery(pages, sum((path / page).stat().st_size for page in pages))
+    pages = *(f"{name}.html" for name in maps), *(twin.file for twin in TWINS), INDEX
+    return Gallery(tuple(shown), pages, sum((path / page).stat().st_size for page in pages))
 
 
 def _made(folder: str) -> Path:

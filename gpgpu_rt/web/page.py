@@ -171,8 +171,8 @@ follow its ray. The address keeps what you chose, so that you can share it.</p>
 <label>schedule <select id="schedule"></select></label>
 <label>rays <select id="size">{sizes}</select></label>
 </div>
-<canvas id="picture" role="img" aria-label="The traced picture"
- width="{side}" height="{side}"></canvas>
+<div id="frame"><canvas id="picture" role="img" aria-label="The traced picture"
+ width="{side}" height="{side}"></canvas><i id="mark" hidden></i></div>
 <div id="steps">
 <div class="controls"><button id="play" type="button">play</button>
 <label for="pass">step</label><output id="step" for="pass"></output>

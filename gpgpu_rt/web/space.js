@@ -1,4 +1,5 @@
-// Draws the scene in space: some edges of its triangles, and the clicked ray's path through the structure.
+// Draws the scene in space: some edges of its triangles, and the clicked ray's path through the structure. Marks
+// the ray's pixel in the picture.
 
 const space = element("space");
 const ENDED = "#8a93a0";    // colour of a step after which the ray has ended
@@ -177,6 +178,14 @@ function drawSpace(ray, path, step) {
 }
 
 const colourOf = ({fields}) => fields.phase > 0 ? kernelColour(fields.phase) : ENDED;
+
+// Draws a ring around pixel (x, y) of the picture, which has `side` x `side` pixels. The ring's inside is larger than
+// the pixel, so that the ring does not hide the pixel.
+function markPixel(x, y, side) {
+    const place = (at) => `${100 * (at + 0.5) / side}%`, width = `calc(${100 * Math.SQRT2 / side}% + 14px)`;
+    Object.assign(element("mark").style, {left: place(x), top: place(y), width});
+    element("mark").hidden = false;
+}
 
 // Returns a line of text about the path's present step. `structure` is the description by structure.py.
 function stepLine(path, step, structure) {

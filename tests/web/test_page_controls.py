@@ -226,9 +226,10 @@ def test_a_page_that_is_opened_again_keeps_its_step(page: Browser, tmp_path: Pat
 
 def test_a_wrong_address_is_named(page: Browser) -> None:
     """The page names each part of the address that it cannot follow, as text without markup. For
-    a schedule, it also names the schedules of the method."""
+    a method, it also names the page's methods, and for a schedule, the method's schedules."""
     shown = "element('unread').textContent"
     assert page.run(shown) == ""
+    methods = f" (the page runs only {', '.join(METHODS)})"
     for right in ("method=grid2", "schedule=toString", "rays=77", "pass=abc", "pass=0", "heat=x",
                   "ray=5,hello", "ray=0.5", "ray=,", "eye=1,2", "eye=1,x,3", "mehtod=kd-stack",
                   "method=kd-stack&schedule=step", "<img src=x>=1"):
@@ -236,6 +237,7 @@ def test_a_wrong_address_is_named(page: Browser) -> None:
         page.wait(shown)
         known = page.run("` (${chosen.method.name} has only ${Object.keys(chosen.method.schedules)"
                          ".join(', ')})`") if "schedule" in right else ""
+        known = methods if right == "method=grid2" else known
         assert page.run(shown).endswith(f": {right.rpartition('&')[2]}{known}")
         settle(page)
         page.run("location.hash = 'method=bvh-threaded&schedule=step&rays=64&pass=7&heat=9"
@@ -247,7 +249,8 @@ def test_a_wrong_address_is_named(page: Browser) -> None:
     settle(page)
     told = page.run(shown)
     known = "(kd-restart has only loop, step, kernels)"
-    assert told.endswith(f": method=a; schedule=b {known}; rays=c; pass=d") and "\n" not in told
+    assert told.endswith(f": method=a{methods}; schedule=b {known}; rays=c; pass=d")
+    assert "\n" not in told
     assert page.run("[element('unread').children.length, chosen.method.name]") == [0, METHODS[0]]
 
 

@@ -19,7 +19,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.cli.main import main
 from gpgpu_rt.errors import OptionError, ShaderError
 from gpgpu_rt.gl.es import es_text
-from gpgpu_rt.web import export
+from gpgpu_rt.web import export, gallery
 from gpgpu_rt.web.export import MOST_TEST_PASSES, export_method, web_names, why_not_in_browser
 from gpgpu_rt.web.page import MOST_BYTES, page_text, write_page
 from gpgpu_rt.web.page_data import PageData
@@ -181,6 +181,24 @@ def test_a_scene_with_too_many_steps_leaves_a_method_out(tmp_path: Path, capsys,
     found = write_page(rt.load_scene("cornell"), ["kd-texture-stack", "grid"],
                        str(tmp_path / "a.html"), left_out)
     assert [one.name for one in found] == ["grid"] and list(left_out) == ["kd-texture-stack"]
+
+
+@pytest.mark.parametrize("output", ["a.html", "folder"])
+def test_the_command_says_which_methods_have_no_steps(tmp_path: Path, capsys, monkeypatch,
+                                                      output: str) -> None:
+    """A page shows neither steps nor a path if it has only the schedule loop of a method. Other
+    schedules may be missing in the method, or draw too many passes."""
+    monkeypatch.setattr(export, "MOST_TEST_PASSES", 60)
+    monkeypatch.setattr(gallery, "TWINS", ())
+    assert main(["web", "cornell", "-m", "kd-stack", "-m", "kd-restart", "-m", "grid", "-o",
+                 str(tmp_path / output)]) == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if "no steps" in line]
+    alone, passes = told
+    assert alone == ("the page shows no steps and no path of kd-stack: method kd-stack runs only "
+                     "under schedule loop, which has one pass to look at; watch kd-short-stack or "
+                     "kd-texture-stack")
+    assert re.fullmatch("the page shows no steps and no path of kd-restart: step draws [0-9]+ "
+                        "passes on this scene", passes)
 
 
 def _other_rays(told: dict) -> None:
