@@ -42,8 +42,8 @@ class Parser(argparse.ArgumentParser):
     switches : the words that need no value, such as --octants
     owned : the options that belong to methods or integrators. If there are any, ``--help`` leaves
         out the group ``rare`` and most owned options
-    in_full : whether the help has every option
-    instead : word that the command does not accept -> clause that says what to do instead
+    in_full : Whether the help has every option.
+    instead : Word that the command does not accept -> clause that says what to do instead
     listed : the names that an option of this command takes as a list with commas
     """
 
