@@ -46,12 +46,14 @@ def print_predictions(words: Sequence[str], cards: Sequence[Card], scene_name: s
     cards = cards or [find_card(chip) for chip in FORMS]
     for card in cards:
         check_predicted(card)
+    if EVERY in words and len(words) > 1:
+        raise OptionError(f"--predict {EVERY} has every method; leave the other names out")
     named = [row.name for row in methods()] if list(words) == [EVERY] else words
     names = [find_method(name).name for name in dict.fromkeys(named)]
     scene = load_scene(scene_name)
     rays, found = rays_of(scene, RAY_SETS[kind], size), []
     print_stand_in(scene, as_json)
-    widths = _widths(names, cards)
+    widths, gpu = _widths(names, cards), open_gpu()
     if not as_json:
         print(f"{scene.title}: predicted ms for {rays.live:,} {told(RAY_SETS[kind])} of {size} x "
               f"{size} pixels, without shading")
@@ -67,7 +69,7 @@ def print_predictions(words: Sequence[str], cards: Sequence[Card], scene_name: s
                 print_row((method, *map(_cell, found[-len(cards):])), widths)
     finally:
         if as_json and found:
-            print_json({**run_facts(open_gpu(), command), **scene.facts(), "rays": kind,
+            print_json({**run_facts(gpu, command), **scene.facts(), "rays": kind,
                         "count": rays.live, "size": size, "predictions": found})
     if not as_json:
         _print_notes(found)

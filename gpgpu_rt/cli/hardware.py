@@ -55,10 +55,10 @@ def add_commands(command: Command) -> None:
 def _hardware(chosen: argparse.Namespace) -> None:
     if chosen.predict == []:
         raise OptionError("--predict has no method; give METHOD,METHOD,... or all")
-    if chosen.scene and not (chosen.methods or chosen.predict):
+    if chosen.scene is not None and not (chosen.methods or chosen.predict):
         raise OptionError("--scene names the scene of --methods and of --predict; give one of "
                           "them, too")
-    if (chosen.rays or chosen.size) and not chosen.predict:
+    if (chosen.rays is not None or chosen.size is not None) and not chosen.predict:
         raise OptionError("--rays and --size name the rays of --predict; give --predict, too")
     if bool(chosen.sources) + bool(chosen.methods) + bool(chosen.predict) > 1:
         raise OptionError("--sources, --methods and --predict print different tables; give one "
@@ -66,7 +66,8 @@ def _hardware(chosen: argparse.Namespace) -> None:
     wanted = [find_card(name) for name in chosen.card or ()]
     named = [card for card in cards() if card in wanted]
     if chosen.predict:
-        return print_predictions(chosen.predict, named, chosen.scene or SCENE, chosen.rays or KIND,
+        kind = KIND if chosen.rays is None else chosen.rays
+        return print_predictions(chosen.predict, named, chosen.scene or SCENE, kind,
                                  chosen.size or SIDE, chosen.command, chosen.json)
     found = named or cards()
     refused = {}

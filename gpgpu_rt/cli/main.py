@@ -86,7 +86,7 @@ def _main(arguments: Sequence[str] | None) -> int:
 class _Version(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
         made = commit()
-        print(f"gpgpu-rt {__version__}" + (f", commit {made}" if made else ""))
+        print(f"gpgpu-rt {__version__}" + (f" (commit {made})" if made else ""))
         parser.exit()
 
 

@@ -8,6 +8,9 @@ from typing import Any
 from ..errors import did_you_mean, nearest_names
 from .help import OwnedOptions, of_owners, short, usage_of, where_to_read_on
 
+# The options that take a list of methods.
+LISTS = ("-m", "--method", "--methods", "--predict")
+
 
 def _whole_number(text: str) -> int:
     """Read an argument of ``type=int``. Argparse itself would say only "invalid int value"."""
@@ -121,7 +124,8 @@ class Parser(argparse.ArgumentParser):
         """Return advice if ``word`` follows an option's list and belongs to this list, else ""."""
         at = self._arguments.index(word)
         option, before = ["", "", *self._arguments][at:at + 2]
-        if word not in self.listed or option not in self._option_string_actions:
+        words = before.split(",")
+        if option not in LISTS or not all(one in self.listed for one in (word, *words)):
             return ""
         return f"takes a list with commas; give {option} {before},{word}"
 

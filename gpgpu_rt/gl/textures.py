@@ -133,7 +133,8 @@ def stream_textures(gpu: Gpu, record: Record, size: tuple[int, int]) -> list[mod
     """Return a texture for each texel of a stream's record; ``size`` is (width, height).
 
     On ANGLE, float textures replace half float textures, because SwiftShader draws an infinity
-    into a half float texture as NaN. Programs round what they store, so the numbers are the same.
+    into a half float texture as NaN. Programs round what they store, so finite numbers are the
+    same. The textures take twice the bytes.
     """
     return [make_texture(gpu, size, 4, f"a {record.name} texture of {size[0] * size[1]:,} rays",
                          dtype="f4" if gpu.is_es else record.plane_of(texel).dtype)

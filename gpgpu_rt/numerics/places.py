@@ -4,9 +4,9 @@ hits.
 Two hits of a ray belong to the same place if their t are equal within the float32 error bounds of
 ``error_bounds.py``. There are three exceptions. Hits at equal t belong to two places if float64
 proves that the ray hits both triangles at different t. They also belong to two places if float64
-disproves a hit, and no other hit of the place shows the same side: the ray then enters or leaves
-the mesh beside the triangle. Hits at different t belong to the same place if their triangles share
-an edge and show the same side, and float64 disproves one hit.
+disproves one hit, but the surface of the proved hits does not continue into that triangle: the ray
+then passes through another part of the mesh beside the triangle. Hits at different t belong to the
+same place if float64 disproves one hit, and the surface continues from one triangle to the other.
 """
 from __future__ import annotations
 
@@ -46,11 +46,12 @@ def first_hits_of_places(ray: np.ndarray, t: np.ndarray, corners: np.ndarray,
     new = _begins(np.cumsum(begins)[rows], t, reach)
     # Beside the edge of a long thin triangle, float32 may find a hit on both triangles at the
     # edge. The ray crosses only one of the two triangles, and float64 disproves the other hit.
+    shared, beyond = _neighbours(corners[rows[1:]], corners[rows[:-1]], directions[rows[1:]])
     new[1:] &= ~((np.diff(ray[rows]) == 0) & (sharp.possible[1:] != sharp.possible[:-1])
-                 & _side_by_side(*pairs[::2]))
+                 & (shared == 2) & beyond)
     group = np.cumsum(new)
     first = rows[_nearest_first(group, exact, np.where(sharp.possible, sharp.t_bound, np.inf),
-                                _shows_front(*pairs[::2]))]
+                                *pairs[::2])]
     # Merge the lone hits with the first hits of the other places. The places of a ray stay in the
     # order of t.
     found = np.concatenate([np.flatnonzero(alone), first])
@@ -85,12 +86,31 @@ def _ends(corners: np.ndarray, origins: np.ndarray, directions: np.ndarray
     return (np.minimum(np.minimum(a, b), c)[:, 0], np.maximum(np.maximum(a, b), c)[:, 0])
 
 
-def _side_by_side(corners: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Return whether each triangle but the first shares an edge with the triangle before it, and
-    both show the same side to their rays, (m - 1,) bool."""
-    shared = (corners[1:, :, None] == corners[:-1, None]).all(axis=3).sum(axis=(1, 2))
-    front = _shows_front(corners, directions)
-    return (shared == 2) & (front[1:] == front[:-1])
+def _neighbours(some: np.ndarray, others: np.ndarray, directions: np.ndarray
+                ) -> tuple[np.ndarray, np.ndarray]:
+    """Compare pairs of triangles, seen along rays. The winding of the triangles does not matter.
+
+    Parameters
+    ----------
+    some, others : (m, 3, 3), the triangles of each pair
+    directions : (m, 3), the direction of each pair's ray
+
+    Returns
+    -------
+    shared : (m,) int, the number of corners that the two triangles share
+    beyond : (m,) bool, whether the two triangles lie on different sides of the edge that they
+        share, so that the surface continues across the edge; else it turns back at an outline.
+        Only pairs that share an edge have a meaning
+    """
+    same = (some[:, :, None] == others[:, None]).all(axis=3)
+    own, theirs = same.any(axis=2), same.any(axis=1)
+    at = np.arange(len(some))
+    third, start = some[at, own.argmin(axis=1)], some[at, own.argmax(axis=1)]
+    end = some[at, 2 - own[:, ::-1].argmax(axis=1)]
+    across = np.cross(end.astype(np.float64) - start, directions)
+    beside = ((third - start) * across).sum(axis=1)
+    opposite = ((others[at, theirs.argmin(axis=1)] - start) * across).sum(axis=1)
+    return same.sum(axis=(1, 2)), beside * opposite < 0
 
 
 def _shows_front(corners: np.ndarray, directions: np.ndarray) -> np.ndarray:
@@ -111,30 +131,36 @@ def _begins(group: np.ndarray, t: np.ndarray, reach: np.ndarray) -> np.ndarray:
     return new
 
 
-def _nearest_first(group: np.ndarray, t: np.ndarray, sharp: np.ndarray, front: np.ndarray
-                   ) -> np.ndarray:
+def _nearest_first(group: np.ndarray, t: np.ndarray, sharp: np.ndarray, corners: np.ndarray,
+                   directions: np.ndarray) -> np.ndarray:
     """Return the rows of the first hits of places, (k,), group by group, nearest places first.
 
     Parameters
     ----------
-    group : (m,) int, ascending from 1; hits that float32 cannot separate have the same number
+    group : (m,) int, ascending; hits that float32 cannot separate have the same number
     t : (m,) float64, where the ray of a hit meets the triangle's plane
     sharp : (m,) float64, error bound of t in float64; inf where float64 proves a miss. Such a hit
-        belongs to the first place of its group that shows the same side. If there is no such
-        place, the ray has entered or left the mesh beside the triangle, at a place of its own
-    front : (m,) bool, whether the hit shows the triangle's front
+        belongs to the first place of its group that shows the same side. If there is none, the hit
+        has a place of its own, unless the surface continues into its triangle
+    corners, directions : (m, 3, 3) and (m, 3), the triangle and the direction of each hit
     """
     order = np.lexsort((t, ~np.isfinite(sharp), group))
     group, t, sharp = group[order], t[order], sharp[order]
-    known, side = np.isfinite(sharp), 2 * group + front[order]
+    corners, directions = corners[order], directions[order]
+    known, side = np.isfinite(sharp), 2 * group + _shows_front(corners, directions)
     first = np.r_[True, np.diff(group) > 0]
     place = np.cumsum(first | known & _begins(group, t, np.where(known, sharp, 0))) - 1
-    # The place of the first hit of each side of a group. A disproved hit that is the first of its
-    # side begins a place. In the order of `side`, hits of a side stay in the order of t.
+    nearest = np.flatnonzero(first)[np.cumsum(first) - 1]     # the group's first hit
+    # The first hit of the same side. In the order of `side`, hits keep the order of t.
     _, leader, member = np.unique(side, return_index=True, return_inverse=True)
-    lost = ~known & ~known[leader[member]]
-    place = np.where(lost, len(order) + member, np.where(known, place, place[leader[member]]))
-    _, nearest, place = np.unique(place, return_index=True, return_inverse=True)
-    rows = np.full(len(nearest), len(order))
+    alike = leader[member]
+    # Winding shows sides wrongly if neighbours are wound differently, or if a triangle is there
+    # twice. So also ask whether the surface continues from the nearest hit.
+    shared, beyond = _neighbours(corners, corners[nearest], directions)
+    lost = ~known & ~known[alike] & known[nearest] & (shared < 3) & ~((shared == 2) & beyond)
+    joined = place[np.where(known[alike], alike, nearest)]
+    place = np.where(lost, len(order) + member, np.where(known, place, joined))
+    _, lead, place = np.unique(place, return_index=True, return_inverse=True)
+    rows = np.full(len(lead), len(order))
     np.minimum.at(rows, place, order)
-    return rows[np.lexsort((t[nearest], group[nearest]))]
+    return rows[np.lexsort((t[lead], group[lead]))]

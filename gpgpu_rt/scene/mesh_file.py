@@ -7,6 +7,7 @@ import logging
 import os
 import re
 import warnings
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -135,16 +136,25 @@ def flatten(mesh: trimesh.Trimesh | trimesh.Scene) -> Mesh:
     faces = [len(getattr(mesh.geometry[name], "faces", ())) for _, _, name in placed]
     if len(placed) > len(mesh.geometry):
         check_triangles(sum(faces), "its instances")
-    return _join([(mesh.geometry[name], transform, _part_name(mesh, node))
+    names = _part_names(mesh)
+    return _join([(mesh.geometry[name], transform, names[node])
                   for node, transform, name in placed])
 
 
-def _part_name(scene: trimesh.Scene, node: str) -> str:
-    """Return the name of a node of a mesh file. trimesh splits a glTF node with several materials
-    into children, whose names are the node's name and a random ending such as _1a2b3c."""
-    parent = scene.graph.transforms.parents.get(node)
-    split = parent and re.fullmatch(re.escape(str(parent)) + "_[0-9a-f]{6}", node)
-    return str(parent) if split else node
+def _part_names(scene: trimesh.Scene) -> dict[str, str]:
+    """Return the part name of each node with a geometry, as in the mesh file.
+
+    trimesh splits a glTF node with several materials into children at the node's place. Their
+    names are the node's name and a random ending such as _1a2b3c.
+    """
+    nodes, graph = scene.graph.nodes_geometry, scene.graph
+    parents = {node: str(graph.transforms.parents.get(node)) for node in nodes}
+    pieces = [node for node, parent in parents.items()
+              if parent not in nodes and re.fullmatch(re.escape(parent) + "_[0-9a-f]{6}", node)
+              and np.array_equal(graph[node][0], graph[parent][0])]
+    count = Counter(parents[node] for node in pieces)
+    return {node: parents[node] if node in pieces and count[parents[node]] > 1 else node
+            for node in nodes}
 
 
 def _join(placed: list[tuple[Any, np.ndarray | None, str]]) -> Mesh:

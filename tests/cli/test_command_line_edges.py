@@ -47,7 +47,7 @@ def test_without_words_the_help_is_printed(capsys) -> None:
 
 
 def test_the_version_names_the_commit_of_a_checkout(capsys, monkeypatch) -> None:
-    for made, end in (("abc123", ", commit abc123"), (None, "")):
+    for made, end in (("abc123", " (commit abc123)"), (None, "")):
         monkeypatch.setattr(sys.modules["gpgpu_rt.cli.main"], "commit", lambda made=made: made)
         assert said(capsys, "--version") == (0, f"gpgpu-rt {rt.__version__}{end}\n", "")
 
@@ -88,7 +88,10 @@ def test_a_misspelt_word_gets_a_suggestion(words: list[str], advice: str, capsys
     *((f"{words} kd-stack", f"takes a list with commas; give {words.split(' ', at)[-1]},kd-stack")
       for words, at in (("heat tenk -o x.png -m kd-restart", 4), ("bench cornell -m grid,bih", 2),
                         ("hardware --predict grid", 1))),
-    ("heat tenk kd-stack -m grid -o x.png", "heat takes one scene; run gpgpu-rt heat again for")])
+    ("heat tenk kd-stack -m grid -o x.png", "heat takes one scene; run gpgpu-rt heat again for"),
+    ("heat tenk -m grid -o x.png kd-stack", "heat takes one scene; run gpgpu-rt heat again for"),
+    ("hardware --card nv40 grid", "hardware takes no arguments; leave grid out"),
+    ("hardware --predict all grid", "hardware takes no arguments; leave grid out")])
 def test_an_argument_too_many_is_one_line(words: str, advice: str, capsys) -> None:
     status, out, err = said(capsys, *words.split())
     assert status == 2 and advice in err and err.count("\n") == 1 and not out

@@ -38,6 +38,7 @@ def gltf(primitives: list[int], nodes: list[dict[str, object]]) -> str:
                  {"name": "tree", "mesh": 2}])], ids=["two materials", "two nodes"])
 def test_a_part_is_named_by_its_node(tmp_path: Path, primitives: list[int],
                                      nodes: list[dict[str, object]]) -> None:
+    """The first two triangles belong to the house."""
     (tmp_path / "village.gltf").write_text(gltf(primitives, nodes))
     (tmp_path / "scene.json").write_text(json.dumps({
         "meshes": [{"file": "village.gltf", "materials": {"house": "red"}}],
@@ -55,3 +56,16 @@ def test_a_wrong_name_is_answered_with_the_nodes_name(tmp_path: Path) -> None:
         "materials": {"red": {"diffuse": [1, 0, 0]}}}))
     with pytest.raises(rt.SceneError, match="has no 'hose'; did you mean house"):
         rt.load_scene(tmp_path / "scene.json")
+
+
+def test_a_child_whose_name_looks_like_a_random_ending(tmp_path: Path) -> None:
+    """"facade" has six hexadecimal digits, but is a name of the file."""
+    nodes = [{"name": "house", "mesh": 0, "children": [1]}, {"name": "house_facade", "mesh": 1}]
+    text = gltf([1, 1], nodes).replace('"nodes": [0, 1]}]', '"nodes": [0]}]')
+    (tmp_path / "village.gltf").write_text(text)
+    (tmp_path / "scene.json").write_text(json.dumps({
+        "meshes": [{"file": "village.gltf", "materials": {"house_facade": "red"}}],
+        "materials": {"red": {"diffuse": [1, 0, 0]}}, "environment": {"colour": [1, 1, 1]}}))
+    scene = rt.load_scene(tmp_path / "scene.json")
+    red = (np.asarray(scene.colours) == (1, 0, 0)).all(axis=1)
+    assert red.sum() == 1 and scene.triangles[red][0, 0, 2] == 1
