@@ -351,7 +351,7 @@ def test_provenance_of_what_is_not_measured(tmp_path: Path) -> None:
     held = provenance.held("fig02", tmp_path)
     assert held["cells"] == [] and held["drawn"]["renderer"]
     assert held["verdict"]["word"] == verdicts.REDRAWN
-    assert "drawn from passes" in provenance.summary(held)
+    assert "drawn from observed passes" in provenance.summary(held)
 
 
 def test_contradictions_quote_what_is_published() -> None:
