@@ -8,13 +8,12 @@ from ..bench.workloads import RAY_SETS
 from ..errors import OptionError
 from ..hardware.cards import Card, Refusal, cards, find_card
 from ..hardware.methods_on_cards import ERA, era_refusals, era_texels, method_needs, refusals
+from ..hardware.prediction import KIND, SIDE
 from ..hardware.program_forms import FORMS
 from ..methods import methods
 from .card_predictions import print_predictions
 from .shared import Command, names, print_filled, print_json, print_table, say, side_word
 
-# The default rays of --predict. `hardware.prediction.predict` has the same defaults.
-KIND, SIDE = "eye", 512
 SCENE = "cornell"   # tables depend on the scene; programs hardly do
 PREFIXES, PER_SECOND = ((1e9, "G"), (1e6, "M")), ("/s", "Hz")
 WIDE = ("exact_integers",)      # numbers too long for the table with a column per card

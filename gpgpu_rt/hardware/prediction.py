@@ -30,6 +30,9 @@ from .warp_packets import LANES
 
 Options = tuple[tuple[str, Any], ...]
 
+# The default rays: their kind, and the side of their square image in pixels.
+KIND, SIDE = "eye", 512
+
 
 @dataclass(frozen=True)
 class Prediction:
@@ -75,7 +78,7 @@ class Prediction:
                 f"({self.time.shares})")
 
 
-def predict(scene: Scene, method: str, card: str, rays: str | Workload = "eye", size: int = 512,
+def predict(scene: Scene, method: str, card: str, rays: str | Workload = KIND, size: int = SIDE,
             form: str | None = None, **options: Any) -> Prediction:
     """Predict the time that a card would have taken to trace the rays of an image.
 

@@ -52,15 +52,25 @@ def test_the_version_names_the_commit_of_a_checkout(capsys, monkeypatch) -> None
         assert said(capsys, "--version") == (0, f"gpgpu-rt {rt.__version__}{end}\n", "")
 
 
-@pytest.mark.parametrize("command", MODULES)
-def test_a_word_in_place_of_a_number_is_explained(command: str, capsys) -> None:
-    parser = command_parser(command)._subparsers._group_actions[0].choices[command]
-    for action in parser._actions:
-        if action.type in (int, float):
-            status, out, err = said(capsys, command, action.option_strings[-1], "x")
-            assert status == 2 and not out and err.count("\n") == 1
-            assert "invalid" not in err
-            assert re.search("'x' is not a .*; give a number such as ", err)
+def number_options() -> list[tuple[str, str, type]]:
+    """Return (command, option, int or float) for each option that takes a number."""
+    parsers = {command: command_parser(command)._subparsers._group_actions[0].choices[command]
+               for command in MODULES}
+    return [(command, action.option_strings[-1], action.type)
+            for command, parser in parsers.items() for action in parser._actions
+            if action.type in (int, float)]
+
+
+def test_options_with_whole_numbers_and_with_fractions_are_tested() -> None:
+    assert {kind for _, _, kind in number_options()} == {int, float}
+
+
+@pytest.mark.parametrize("command, option", [words[:2] for words in number_options()])
+def test_a_word_in_place_of_a_number_is_explained(command: str, option: str, capsys) -> None:
+    status, out, err = said(capsys, command, option, "x")
+    assert status == 2 and not out and err.count("\n") == 1
+    assert "invalid" not in err
+    assert re.search("'x' is not a .*; give a number such as ", err)
 
 
 @pytest.mark.parametrize("words, advice", [
