@@ -137,13 +137,13 @@ def _nearest_first(group: np.ndarray, t: np.ndarray, sharp: np.ndarray, corners:
 
     Parameters
     ----------
-    group : (m,) int, ascending; hits that float32 cannot separate have the same number.
-    t : (m,) float64. Where the ray of a hit meets the triangle's plane
-    sharp : (m,) float64, error bound of t in float64; inf where float64 proves a miss. Such a hit
+    group : (m,) int, ascending; hits that float32 cannot separate have the same number
+    t : (m,) float64, where the ray of a hit meets the triangle's plane
+    sharp : (m,) float64, error bound of t; inf where float64 proves a miss. Such a hit
         belongs to the first place of its group that shows the same side. If there is no such
         place, the hit has a place of its own. But it belongs to the group's first place if the
         surface continues from there into its triangle, or if float64 disproves the whole group
-    corners, directions : (m, 3, 3) and (m, 3), the triangle and the direction of each hit
+    corners, directions : The triangle and the direction of each hit, (m, 3, 3) and (m, 3).
     """
     order = np.lexsort((t, ~np.isfinite(sharp), group))
     group, t, sharp = group[order], t[order], sharp[order]
