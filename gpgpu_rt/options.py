@@ -175,6 +175,9 @@ _PAPERS = {"schedule": "kernels", "intersection": "moller-trumbore", "precision"
 ERAS: dict[str, dict[str, Any]] = {
     "r300": {**_PAPERS, "precision": "fp24"}, "r420": {**_PAPERS, "precision": "fp24"},
     "nv40": _PAPERS, "r580": _PAPERS}
+# The chips whose floats cannot hold the indices of large tables. On these chips, a pointer is the
+# column and the row of a texel (glsl/core/pointer.glsl).
+TEXEL_POINTERS = tuple(chip for chip, implied in ERAS.items() if implied["precision"] == "fp24")
 ERA_TARGETS = 4     # number of render targets of these chips
 ERA_LOOPS = ("nv40", "r580")    # the chips that have loops
 

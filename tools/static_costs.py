@@ -44,8 +44,8 @@ def cost_of(card: str, said: str, text: str) -> dict[str, Any]:
     """Return a StaticCost's fields from the driver's output."""
     found: dict[str, Any] = {"targets": len(set(re.findall(r"gl_FragData\[(\d)\]|TARGET\((\d)\)",
                                                            text)))}
-    if refused := re.search(r"refused: (.*)", said):
-        return {**found, "refused": refused[1].strip()}
+    if refused := re.search(r"refused: (.*)|Compiler Error:\n(.*)", said):
+        return {**found, "refused": (refused[1] or refused[2]).strip()}
     if "FRAG" in said:
         found.update(_operations(said))
     if counts := _RADEON.search(said):

@@ -13,8 +13,6 @@ import numpy as np
 import gpgpu_rt as rt
 from gpgpu_rt.accel.bounds import unit_normals
 from gpgpu_rt.bench.workloads import load
-from gpgpu_rt.hardware.cards import find_card
-from gpgpu_rt.hardware.methods_on_cards import era_texels
 
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text
@@ -42,8 +40,7 @@ at the same distance, and rounding then decides which triangle is hit. A *false 
 a ray that has no exact hit. Shares are of the rays with an exact hit. The median error of t is
 relative, over the rays that hit the same triangle in both formats.
 
-R300 and R420 could not run the rows marked with `(index)`, because fp24 holds no index beyond
-131,072 and a table of these rows has more texels. NV25's numbers have about 64 steps across a
+NV25's numbers have about 64 steps across a
 scene. The fixed point of the Ray Engine is a reconstruction
 (`glsl/methods/ray_engine/fixed_point.glsl`).
 The era form has the triangle test of the papers and no slack around boxes. `docs/era.md` says
@@ -74,7 +71,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "era_numbers.csv", HEADS, found)
     results = [result for _, result in finished(cells(full), data)]
     stand_ins = sorted({one["scene"]["name"] for one in results if one["scene"]["stand_in"]})
-    lines = [(scene, label + (" (index)" if beyond_index(scene, label) else ""), f"{hit:,}",
+    lines = [(scene, label, f"{hit:,}",
               *(f"{100 * count / max(hit, 1):.3g} %" for count in wrong), number(error))
              for scene, label, hit, *wrong, error in found]
     write_text(out / "era_numbers.md", ABOUT + "\n" + markdown_table(HEADS, lines)
@@ -95,14 +92,6 @@ def draw(data: Path, out: Path, full: bool) -> None:
                f"{results[0]['commit']}. Red: no hit; blue: a wrong hit.",
                "Pictures of the scenes in each number format of the papers' cards; marked "
                "pixels have no hit or a wrong hit")
-
-
-def beyond_index(scene: str, label: str) -> bool:
-    """Return whether a row runs in fp24, and a table has more texels than R420 can index."""
-    method, options = FORMATS[label]
-    if dict(options).get("era") != "r420":
-        return False
-    return era_texels([method], scene, **dict(options))[method] > find_card("R420").exact_integers
 
 
 def _picture(scene: str, result: dict[str, Any], size: int) -> np.ndarray:

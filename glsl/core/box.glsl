@@ -1,7 +1,6 @@
 // The slab test of a ray against a box. Boxes are slightly widened (slack.glsl).
 
-// `larger` and `smaller` need two instructions; no argument may be NaN. llvmpipe's max and min also check
-// for NaN and need three instructions.
+// llvmpipe's max and min also check for NaN and need a third instruction. No argument may be NaN here.
 float larger(float a, float b) {
     PRECISE float found = a > b ? a : b;
     return found;
@@ -20,8 +19,8 @@ float min_component(vec3 v) {
     return smaller(smaller(v.x, v.y), v.z);
 }
 
-// Return the interval of t in which a ray is inside a box: x is its start and y its end. It is empty if
-// x > y. With OCTANTS, `lo` is the corner that the ray meets first, and `hi` the opposite corner.
+// Return the interval of t in which a ray is inside a box: start x, end y. It is empty if x > y. With
+// OCTANTS, `lo` is the corner that the ray meets first, and `hi` the opposite corner.
 vec2 box_interval(Ray ray, vec3 lo, vec3 hi) {
     vec3 a = R(R(lo - ray.lo_origin) * ray.inv_dir);
     vec3 b = R(R(hi - ray.hi_origin) * ray.inv_dir);

@@ -1,5 +1,4 @@
-// The nearest hit so far. Before the first hit, `triangle` is NO_TRIANGLE and `t` is the ray's t_max, so t
-// is always the end of the search. At equal t the lowest index wins, except in the era form (docs/era.md).
+// The nearest hit so far. Before the first hit, `triangle` is NO_TRIANGLE and `t` is the ray's t_max.
 
 Hit no_hit(float t_max) {
     return Hit(t_max, 0.0, 0.0, NO_TRIANGLE);

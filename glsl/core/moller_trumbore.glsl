@@ -1,7 +1,7 @@
 // Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997, with the determinant
 // compared to zero instead of an epsilon.
 
-void test_triangle(Ray ray, int i, inout Hit hit) {
+void test_triangle(Ray ray, pointer i, inout Hit hit) {
     COUNT(triangles_tested);
     vec3 v0 = triangle_v0(i);
     vec3 e1 = R(triangle_v1(i) - v0);

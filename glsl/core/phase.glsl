@@ -1,5 +1,4 @@
-// Phases of a ray. In phase k > 0 the ray waits for kernel k of the method's row in the method table. For
-// example, a ray in phase DOWN waits for the kernel `down`. In the other phases, k <= 0, the ray has ended.
+// Phases of a ray. In phase k > 0 the ray waits for kernel k of its method: in phase DOWN, for `down`.
 
 const int DONE = 0;
 const int UNFINISHED = -1;   // stopped by the step cap

@@ -15,8 +15,7 @@ struct Ray {
 #endif
 };
 
-// Replace smaller components of a direction by this number, with their sign, before computing 1 /
-// direction. A ray does not visibly move, because its direction's largest component is at least 0.5.
+// Replaces smaller components of a direction, whose largest one is at least 0.5, before computing 1 / x.
 const float TINY_DIRECTION = 1e-20;
 
 float not_zero(float d) {

@@ -1,13 +1,14 @@
 // Ray against triangle. The four tests below report t, and u and v of the hit point p = (1 - u - v) v0 + u
 // v1 + v v2. They do not cull back faces and never hit a triangle without area.
 
+#include "core/pointer.glsl"
+
 #ifdef IMAGE_CELLS
 #include "methods/geometry_image/image_triangles.glsl"
 #endif
 
-// Keep a hit if it precedes the nearest hit so far in the order of (t, index). With AFTER_HIT, a ray
-// continues behind a hit. Its t_min is the hit's t; at this t it accepts only triangles with a higher
-// index. The era form (ERA, docs/era.md) compares only t, as the papers' kernels did.
+// Keep a hit if it precedes the nearest hit so far in the order of (t, index). With AFTER_HIT, a ray starts
+// at a hit: at t_min it accepts only triangles with a higher index. The papers' kernels compare only t.
 void accept(Ray ray, float t, float u, float v, int index, inout Hit hit) {
 #ifdef AFTER_HIT
     bool ahead = t > ray.t_min || (t == ray.t_min && index > ray.after);

@@ -21,10 +21,8 @@ float edge_function(vec3 p, vec3 q) {
     return area;
 }
 
-// Find the signs of three numbers by comparing their bits as integers. On llvmpipe this is faster than the
-// minimum of floats, which also checks for NaN, and than comparisons joined by `and`. A NaN's sign does not
-// matter: `det` is then NaN too, so nothing is hit.
-
+// Find the signs of three numbers by comparing their bits as integers, which is faster on llvmpipe. A NaN's
+// sign does not matter: `det` is then NaN too, so nothing is hit.
 const uint MINUS_ZERO = 0x80000000u;   // greater than the bits of every float whose sign bit is 0
 const float LEAST_NORMAL = uintBitsToFloat(0x00800000u);   // 2^-126; the inverse of less may be infinite
 

@@ -57,8 +57,7 @@ uniform int step_cap;
     }
 #endif
 
-// Run each kernel that the ray waits for, in the order of the phases. EACH_KERNEL(F) expands to F(1, first
-// kernel) F(2, second kernel) and so on.
+// Run each kernel that the ray waits for, in the order of the phases.
 void run_kernels(Ray ray, int limit, inout State state, inout Hit hit) {
     int phase = state.steps < limit ? state.phase : DONE;
     EACH_KERNEL(RUN)

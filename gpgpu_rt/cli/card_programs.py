@@ -59,7 +59,7 @@ def card_costs(method: str, card: str, options: dict[str, Any], only: str | None
         options = {**{o.name: implied[o.name] for o in row.options if o.name in implied},
                    **options}
     names = [only] if only else [
-        one.kernel for one in era_programs(method, in_loop=looped, **options)]
+        one.kernel for one in era_programs(method, in_loop=looped, card=card, **options)]
     return [static_cost(card, method, name, in_loop=looped, **options) for name in names]
 
 

@@ -32,16 +32,13 @@ def _told(seen: EraTime, size: tuple[int, int]) -> Told:
         times = {form: seen.on_card(form) for form in seen.forms}
     except OptionError as reason:
         return {"no_prediction": str(reason)}, [f"no prediction: {reason}", *_losses(seen.tracer)]
-    card, limits, ran = seen.card.name, [one.says for one in seen.refusals[:1]], times[seen.ran]
-    lines = [f"the {card} could not have run these kernels. They store an index in one channel, "
-             f"and this scene {says}. The predicted time is that of kernels that address the "
-             "texels by two coordinates, as in the papers" for says in limits]
-    lines += [f"the {card} would have taken about {time.seconds * 1e3:,.0f} ms for the rays of "
-              f"{spell(size)} pixels, without shading (form {form}: {MEANINGS[form]}"
-              f"{_standing(form, seen)}; rays: {', '.join(seen.rays)}; {time.shares})"
-              for form, time in times.items()]
+    card, ran = seen.card.name, times[seen.ran]
+    lines = [f"the {card} would have taken about {time.seconds * 1e3:,.0f} ms for the rays of "
+             f"{spell(size)} pixels, without shading (form {form}: {MEANINGS[form]}"
+             f"{_standing(form, seen)}; rays: {', '.join(seen.rays)}; {time.shares})"
+             for form, time in times.items()]
     found = {"card": card, "ran": seen.ran, "form": MEANINGS[seen.ran], "rays": list(seen.rays),
-             "size": list(size), **_time(ran), **{"limit": says for says in limits},
+             "size": list(size), **_time(ran),
              "forms": {form: _time(time) for form, time in times.items()}}
     return found, lines + _losses(seen.tracer)
 

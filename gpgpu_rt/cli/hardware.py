@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from ..bench.workloads import RAY_SETS
 from ..errors import OptionError
 from ..hardware.cards import Card, Refusal, cards, find_card
-from ..hardware.methods_on_cards import ERA, era_refusals, era_texels, method_needs, refusals
+from ..hardware.methods_on_cards import ERA, era_refusals, era_sizes, method_needs, refusals
 from ..hardware.prediction import KIND, SIDE
 from ..hardware.program_forms import FORMS
 from ..methods import methods
@@ -21,8 +21,9 @@ NOTE = ("The rows `era` judge the kernels as the papers had them (docs/era.md), 
         "Mesa's compilers for the cards. The other rows judge today's programs by their render "
         "targets, tables, loops, queries and float textures, but not by their instructions, "
         "because no card's compiler counts them. The limit `index` is the number of texels that a "
-        "table index in one channel can distinguish. Our programs store an index in one channel; "
-        "the papers' programs stored two coordinates in two channels. The ray engine of "
+        "number in one channel can distinguish. Today's programs store all indices so. On cards "
+        "with fp24, the era form stores a column and a row instead, except for the triangle of a "
+        "hit and the number of a kd-tree's leaf. The ray engine of "
         "2002 ran in fixed point; ours emulates it in float textures (`--fixed-point`). The "
         "number of loop iterations is not compared with a card's limit, because it depends on "
         "the rays.")
@@ -73,8 +74,8 @@ def _hardware(chosen: argparse.Namespace) -> None:
     if chosen.methods:
         say("compiling every method's programs")
         needs = method_needs(scene_name=chosen.scene or SCENE)
-        texels = era_texels(scene_name=chosen.scene or SCENE)
-        refused = {card.name: {**refusals(card, needs), **era_refusals(card, texels)}
+        sizes = era_sizes(scene_name=chosen.scene or SCENE)
+        refused = {card.name: {**refusals(card, needs), **era_refusals(card, sizes)}
                    for card in found}
     if chosen.json:
         return print_json([{**card.to_dict(), **({"refuses": {

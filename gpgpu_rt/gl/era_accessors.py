@@ -1,8 +1,13 @@
 """Accessors of records in the era dialect: GLSL 1.20 without integers (glsl/era/card.frag).
 
-An index i is a float. A single multiply-add computes a texel's texture coordinates x and y. As
-x = (i + 1/2) / TABLE_WIDTH, the integer part of x is the texel's row. A table repeats along x
-(wrap mode), so a program can sample at x without removing this integer part.
+A single multiply-add computes a texel's texture coordinates x and y from a pointer.
+
+A pointer is usually an index i, a float. As x = (i + 1/2) / TABLE_WIDTH, the integer part of x is
+the texel's row. A table repeats along x (wrap mode), so a program can sample at x without removing
+this integer part.
+
+With ``Record.texel_pointers``, a pointer is a column and a row, and coordinates are rounded to the
+number format of the card.
 """
 from __future__ import annotations
 
@@ -12,20 +17,21 @@ from ..errors import LimitError
 from .record import Field, Record
 from .textures import TABLE_WIDTH
 
-# With more rows, rounding to float32 could move a coordinate into the next row.
+# With an index and more rows, rounding to float32 could move a coordinate into the next row.
 MOST_ROWS = 1000
 
 
 def table_glsl(record: Record) -> str:
-    """Return a table's accessors, such as ``kd_node_split(i)`` for a float ``i``. The table has a
-    texture per texel of a record (`Record.apart`)."""
-    name = record.name
+    """Return a table's accessors, such as ``kd_node_split(i)`` for a pointer ``i``. The table has
+    a texture per texel of a record (`Record.apart`)."""
+    name, pointer = record.name, "vec2" if record.texel_pointers else "float"
     lines = [f"uniform sampler2D {sampler};" for sampler in table_samplers(record)]
     lines += [f"uniform vec2 {name}_step;    // texture coordinates from an element to the next",
               f"uniform vec2 {name}_start;   // texture coordinates of element 0"]
     for field, sampler in zip(record.fields, _sampler_of_fields(record)):
-        texel = f"texel_at({sampler}, i * {name}_step + {name}_start)"
-        lines.append(f"{_type(field)} {name}_{field.name}(float i) "
+        at = f"i * {name}_step + {name}_start"
+        texel = f"texel_at({sampler}, {f'R({at})' if record.texel_pointers else at})"
+        lines.append(f"{_type(field)} {name}_{field.name}({pointer} i) "
                      f"{{ return {texel}.{field.swizzle}; }}")
     return "\n".join(lines)
 
@@ -42,6 +48,10 @@ def table_places(record: Record, rows: int) -> dict[str, tuple[float, float]]:
     LimitError
         for a table whose coordinates float32 cannot distinguish
     """
+    if record.texel_pointers:
+        column, row = 1 / TABLE_WIDTH, 1 / rows
+        return {f"{record.name}_step": (column, row),
+                f"{record.name}_start": (column / 2, row / 2)}
     if rows > MOST_ROWS:
         raise LimitError(f"a {record.name} table of {rows} rows: the era form addresses at most "
                          f"{MOST_ROWS} rows; take a smaller scene")
@@ -116,4 +126,5 @@ def _store_glsl(record: Record, first: int) -> str:
 
 
 def _type(field: Field) -> str:
-    return {"int": "float", "ivec3": "vec3", "ivec4": "vec4"}.get(field.type, field.type)
+    return {"int": "float", "ivec3": "vec3", "ivec4": "vec4"}.get(field.glsl_type,
+                                                                  field.glsl_type)

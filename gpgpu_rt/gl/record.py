@@ -2,8 +2,9 @@
 
 Texels of records form a table or a stream. Programs read a table by index; passes read and write a
 stream. A declaration lists fields texel by texel: ``"v0:vec3 index:int | v1:vec3 last:int"``.
-Types are float (the default), vec2, vec3, vec4, int, ivec3 and ivec4. Integers are stored as
-floats, exact from -2^24 to 2^24.
+Types are float (the default), vec2, vec3, vec4, int, ivec3, ivec4 and pointer. Integers are stored
+as floats, exact from -2^24 to 2^24. A pointer is the index of a table's element
+(glsl/core/pointer.glsl).
 
 Fields other than integers are geometric: the option ``storage`` sets their format, unless the
 record has ``full_precision``. Under fp16, they have their own texels, in half float textures.
@@ -22,8 +23,9 @@ from ..errors import LimitError
 TABLE_WIDTH_LOG2 = 12
 EXACT_INTEGER = 1 << 24   # float32 holds every integer up to this number
 SMALL_INTEGER = 1 << 22   # core/fetch.glsl converts integers up to this number by their bits
-FIELD_TYPES = {"float": 1, "int": 1, "vec2": 2, "vec3": 3, "vec4": 4, "ivec3": 3,
-               "ivec4": 4}    # type -> number of channels
+FIELD_TYPES = {"float": 1, "int": 1, "vec2": 2, "vec3": 3, "vec4": 4, "ivec3": 3, "ivec4": 4,
+               "pointer": 1}    # type -> number of channels
+TEXEL = "texel"    # the type of a pointer as a column and a row (`Record.with_texel_pointers`)
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,7 @@ class Field:
 
     @property
     def width(self) -> int:
-        return FIELD_TYPES[self.type]
+        return 2 if self.type == TEXEL else FIELD_TYPES[self.type]
 
     @property
     def swizzle(self) -> str:
@@ -45,21 +47,33 @@ class Field:
 
     @property
     def is_integer(self) -> bool:
-        return self.type in ("int", "ivec3", "ivec4")
+        return self.type in ("int", "ivec3", "ivec4", "pointer", TEXEL)
+
+    @property
+    def glsl_type(self) -> str:
+        return {"pointer": "int", TEXEL: "vec2"}.get(self.type, self.type)
 
     def of(self, texels: np.ndarray) -> np.ndarray:
         """Return the field's values, (...) or (..., width), from its texels, (..., 4)."""
         values = texels[..., self.channel:self.channel + self.width]
+        if self.type == TEXEL:
+            return texel_indices(values)
         values = values[..., 0] if self.width == 1 else values
         return values.astype(np.int32) if self.is_integer else values
 
+    def channels(self, values: np.ndarray) -> np.ndarray:
+        """Return the numbers to store for ``values``, (n,) or (n, width), as (n, width)."""
+        if self.type == TEXEL:
+            return texels_of(values)
+        return values.reshape(len(values), self.width)
+
     def decode(self, texel: str) -> str:
         value = f"{texel}.{self.swizzle}"
-        return f"{self.type}({value})" if self.is_integer else value
+        return f"{self.glsl_type}({value})" if self.is_integer else value
 
     def encode(self, value: str) -> str:
-        floats = {"int": "float", "ivec3": "vec3", "ivec4": "vec4"}
-        return f"{floats[self.type]}({value})" if self.is_integer else value
+        floats = {"int": "float", "ivec3": "vec3", "ivec4": "vec4", "vec2": "vec2"}
+        return f"{floats[self.glsl_type]}({value})" if self.is_integer else value
 
 
 @dataclass(frozen=True)
@@ -94,6 +108,7 @@ class Record:
     constants : Special values of integer fields, as (name, value); GLSL gets them as defines.
     full_precision : Whether geometric fields stay float32 under every ``storage``.
     is_apart : Whether each texel of a table's records has its own texture. Set by ``apart``.
+    texel_pointers : Whether a pointer is a column and a row. Set by ``with_texel_pointers``.
     """
 
     name: str
@@ -105,6 +120,7 @@ class Record:
     constants: tuple[tuple[str, int], ...] = ()
     full_precision: bool = False
     is_apart: bool = False
+    texel_pointers: bool = False
 
     @lru_cache(maxsize=None)
     def stored(self, storage: str) -> Record:
@@ -121,6 +137,10 @@ class Record:
     def extended(self, more: str) -> Record:
         return replace(self, layout=f"{self.layout} | {more}")
 
+    @property
+    def has_pointers(self) -> bool:
+        return any(field.type in ("pointer", TEXEL) for field in self.fields)
+
     def without(self, name: str) -> Record:
         """Return this record without a field and without emptied texels."""
         kept = [[word for word in texel.split() if word.partition(":")[0] != name]
@@ -131,6 +151,20 @@ class Record:
         """Return this record with a texture for each texel, as in the papers: the texels of an
         element then have the same texture coordinates."""
         return replace(self, is_apart=True)
+
+    def with_texel_pointers(self) -> Record:
+        """Return this record with pointers of two channels, a column and a row. Fields are placed
+        in the first texel that has room."""
+        texels: list[list[Field]] = []
+        for field in self.fields:
+            wide = replace(field, type=TEXEL) if field.type == "pointer" else field
+            room = (one for one in texels if sum(f.width for f in one) + wide.width <= 4)
+            into = next(room, None)
+            if into is None:
+                texels.append(into := [])
+            into.append(wide)
+        layout = " | ".join(" ".join(f"{f.name}:{f.type}" for f in one) for one in texels)
+        return replace(self, layout=layout, texel_pointers=True)
 
     @cached_property
     def fields(self) -> tuple[Field, ...]:
@@ -216,7 +250,7 @@ class Record:
             if field.is_integer and count and np.abs(values).max() > EXACT_INTEGER:
                 raise LimitError(f"{self.name}.{field.name} is past 2^24, the last integer a "
                                  "float texel holds exactly; take a smaller scene")
-            values = values.reshape(count, field.width)
+            values = field.channels(values)
             for k in range(field.width):    # by channel: numpy is slow along short axes
                 planes[field.texel][:, field.channel + k] = values[:, k]
 
@@ -239,8 +273,9 @@ class Record:
             plane = self.plane_of(f.texel)
             place = f"i * {plane.texels} + {f.texel - plane.first}"
             fetch = f"TABLE_FETCH({self.name}{plane.suffix}, {place})"
-            value = f"TABLE_INTEGER({fetch}.{f.swizzle})" if f.type == "int" else f.decode(fetch)
-            lines.append(f"{f.type} {self.name}_{f.name}(int i) {{ return {value}; }}")
+            whole = f.glsl_type == "int"
+            value = f"TABLE_INTEGER({fetch}.{f.swizzle})" if whole else f.decode(fetch)
+            lines.append(f"{f.glsl_type} {self.name}_{f.name}(int i) {{ return {value}; }}")
         return "\n".join(lines)
 
     def stream_glsl(self, writes: bool, first_target: int = 0, reads: bool = True) -> str:
@@ -257,7 +292,7 @@ class Record:
         for constant, value in self.constants:     # records may share a constant
             lines += [f"#ifndef {constant}", f"#define {constant} {value}", "#endif"]
         by_texel = [[f for f in self.fields if f.texel == k] for k in range(self.texels)]
-        declared = [" ".join(f"{f.type} {f.name};" for f in fields)
+        declared = [" ".join(f"{f.glsl_type} {f.name};" for f in fields)
                     for fields in by_texel if fields]
         lines += [f"struct {struct} {{ {declared[0]} }};"] if len(declared) == 1 else [
             f"struct {struct} {{", *(f"    {texel}" for texel in declared), "};"]
@@ -318,6 +353,19 @@ def check_count(name: str, count: int) -> None:
     if count > EXACT_INTEGER:
         raise LimitError(f"{count} {name} records are past 2^24, the last index a float texel "
                          "holds exactly; take a smaller scene or a coarser build")
+
+
+def texels_of(indices: np.ndarray) -> np.ndarray:
+    """Return pointers as columns and rows, (..., 2), from indices (...). An index below 0 becomes
+    the column."""
+    row = np.maximum(indices, 0) >> TABLE_WIDTH_LOG2
+    return np.stack([indices - (row << TABLE_WIDTH_LOG2), row], axis=-1)
+
+
+def texel_indices(texels: np.ndarray) -> np.ndarray:
+    """Return indices, (...) int32, from columns and rows, (..., 2): the inverse of `texels_of`."""
+    whole = texels.astype(np.int32)
+    return whole[..., 0] + (whole[..., 1] << TABLE_WIDTH_LOG2)
 
 
 def _cut_into_texels(fields: Iterable[Field]) -> list[str]:

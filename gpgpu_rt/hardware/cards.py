@@ -9,11 +9,6 @@ from typing import Any
 
 from ..errors import OptionError
 
-# The name of a limit. A program that stores a table's index in one channel can address only as
-# many texels as the card's numbers can count. The papers' programs avoided this limit on cards
-# with fp24: they stored two coordinates in two channels.
-INDEX = "index"
-
 
 @dataclass(frozen=True)
 class Needs:
@@ -28,7 +23,7 @@ class Needs:
     loops : whether the program has loops
     targets : number of render targets
     texture_size : side of the largest table in texels, if the table were square
-    largest_index : number of texels in the largest table, which an index must distinguish
+    largest_index : number of texels in the largest table whose index is a single number
     floats : whether the program needs float textures
     queries : whether the host counts rays by occlusion queries
     """
@@ -78,7 +73,7 @@ class Card(Sourced):
                    "levels of dependent fetches"),
                   ("targets", "render_targets", needs.targets, "render targets"),
                   ("size", "texture_size", needs.texture_size, "texels per side"),
-                  (INDEX, "exact_integers", needs.largest_index, "texels to index"))
+                  ("index", "exact_integers", needs.largest_index, "texels to index"))
         reasons = [Refusal(limit, f"needs {wanted:,} {what}, the card has "
                            f"{getattr(self, name):,}")
                    for limit, name, wanted, what in limits if wanted > getattr(self, name)]

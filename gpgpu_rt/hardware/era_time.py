@@ -9,12 +9,12 @@ from typing import Any
 
 from ..errors import OptionError
 from ..tracer import Tracer
-from .cards import INDEX, Card, Refusal, find_card
+from .cards import Card, Refusal, find_card
 from .era_rays import KeptRays
 from .image_issues import count_issues
 from .issue import WHILE_WHILE
 from .machine_model import CardTime
-from .methods_on_cards import ERA, era_refusals
+from .methods_on_cards import ERA, era_refusals, era_size
 from .prediction import checked_form, time_of_image
 from .program_forms import PASSES
 
@@ -65,15 +65,10 @@ class EraTime:
     def refusals(self) -> list[Refusal]:
         """Why the card could not have run the kernels; empty if it could."""
         method = self.tracer.method.name
-        tables = self.tracer.session.tables.samplers().values()
-        most = max(texture.width * texture.height for texture in tables)
-        return era_refusals(self.card, {method: most})[method, ERA]
+        return era_refusals(self.card, {method: era_size(self.tracer)})[method, ERA]
 
     def on_card(self, form: str | None = None) -> CardTime:
         """Return the predicted time of the traversal's passes, without shading.
-
-        The limit INDEX in ``refusals`` is no obstacle: the time is then that of kernels that
-        address texels by two coordinates, as in the papers. The second coordinate costs nothing.
 
         Parameters
         ----------
@@ -94,9 +89,8 @@ class EraTime:
                               + ", ".join(map(repr, self.forms)))
         method, card = self.tracer.method.name, self.card
         for refused in self.refusals:
-            if refused.limit != INDEX:
-                raise OptionError(f"the {card.name} could not have run the method, which "
-                                  f"{refused.says}")
+            raise OptionError(f"the {card.name} could not have run the method, which "
+                              f"{refused.says}")
         times = [time_of_image(card, method, form, counts, any_hit,
                                options=tuple(self._own.items()))
                  .scaled(1 / self.kept.share(any_hit)) for any_hit, counts in self._counts]

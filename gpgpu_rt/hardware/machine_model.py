@@ -96,14 +96,15 @@ class CardTime:
 
 
 def stream_fetches(method: str, kernel: str, any_hit: bool = False, in_loop: bool = True,
-                   **options: Any) -> int:
-    """Return how many fetches of a kernel read the ray, its state and its hit.
+                   card: str = _LISTED, **options: Any) -> int:
+    """Return how many fetches of a kernel, in the form for a card, read the ray, its state and its
+    hit.
 
     NV40's listing shows these fetches: their coordinates are an input of the fragment. No card's
     compiler removes such a fetch, so the number holds for all cards. A loop keeps ray, state and
     hit in registers, so `time_of_loop` subtracts the number from a kernel's fetches.
     """
-    cost = static_cost(_LISTED, method, kernel, any_hit, in_loop, **options)
+    cost = static_cost(_LISTED, method, kernel, any_hit, in_loop, card, **options)
     return len(_OWN_FETCH.findall(cost.listing))
 
 

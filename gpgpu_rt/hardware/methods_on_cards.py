@@ -11,21 +11,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from ..gl.observation import ObservedPass, Observer
 from ..methods import find_method, methods
+from ..options import TEXEL_POINTERS
 from ..scene.loading import load_scene
 from ..tracer import Tracer
 from ..traversal.era_packets import LOOP
 from .cards import Card, Needs, Refusal
-from .static_costs import COMPILERS, PACKETS, era_programs, packet_methods, static_cost
+from .static_costs import COMPILERS, PACKETS, StaticCost, era_programs, packet_methods, static_cost
 
 # Not judged: this program finds tiles without live rays. The project added it only to save time.
 LEFT_OUT = {"drivers/tile_counts.frag"}
 # Under `loop`, these programs have a loop whose length depends on the rays.
 LOOPS = {"drivers/traverse.frag", "drivers/packet.frag"}
 ERA = "era"     # stands for the era form in a key (method, schedule)
+# The tables whose elements have numbers: a hit stores a triangle's number, and a node a leaf's.
+NUMBERED = ("triangle_0_table", "kd_leaf_0_table")
 SIZE = 8   # side of the image in pixels; programs do not depend on it
 
 
@@ -81,9 +85,32 @@ def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
     return needs
 
 
-def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell",
-               **options: Any) -> dict[str, int]:
-    """Return method -> number of texels of its largest table, for methods with an era form.
+@dataclass(frozen=True)
+class EraSize:
+    """The size of a method's tables in the era form.
+
+    Attributes
+    ----------
+    texels : number of texels of the largest table
+    numbers : number of texels of the largest table whose elements a program knows by a number in
+        one float, even if other pointers are columns and rows (glsl/core/pointer.glsl)
+    """
+
+    texels: int = 1
+    numbers: int = 1
+
+
+def era_size(tracer: Tracer) -> EraSize:
+    """Return the size of the tables of a tracer with the option ``era``."""
+    texels = {name: texture.width * texture.height
+              for name, texture in tracer.session.tables.samplers().items()}
+    step = int(tracer.session.accelerator.uniforms.get("slice_step", 1))
+    return EraSize(max(texels.values()), max(step, *(texels.get(name, 1) for name in NUMBERED)))
+
+
+def era_sizes(names: Sequence[str] | None = None, scene_name: str = "cornell",
+              **options: Any) -> dict[str, EraSize]:
+    """Return method -> size of its tables, for methods with an era form.
 
     Parameters
     ----------
@@ -94,12 +121,12 @@ def era_texels(names: Sequence[str] | None = None, scene_name: str = "cornell",
     found, scene = {}, load_scene(scene_name)
     for name in names or [row.name for row in methods() if not row.why_no_era_form()]:
         with Tracer(scene, name, **{"era": "nv40", **options}) as tracer:
-            found[name] = max(texture.width * texture.height
-                              for texture in tracer.session.tables.samplers().values())
+            found[name] = era_size(tracer)
     return found
 
 
-def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str], list[Refusal]]:
+def era_refusals(card: Card, sizes: Mapping[str, EraSize]
+                 ) -> dict[tuple[str, str], list[Refusal]]:
     """Return why a card cannot run the era form of each method. In the era form, a pass runs one
     kernel, or traces packets in a loop.
 
@@ -108,21 +135,31 @@ def era_refusals(card: Card, texels: Mapping[str, int]) -> dict[tuple[str, str],
 
     Parameters
     ----------
-    texels : from `era_texels`
+    sizes : from `era_sizes`
     """
     compiler = card.chip.lower() if card.chip.lower() in COMPILERS else COMPILERS[0]
     found = {}
-    for name, largest in texels.items():
+    for name, size in sizes.items():
         loops = name in packet_methods()
         # `dict` keeps a method's last entry, which has all improvements of Horn et al.
         own = dict(PACKETS).get(name, {})
-        costs = [static_cost(compiler, name, kernel, in_loop=loops, **own) for kernel in (
-            [LOOP] if loops else [one.kernel for one in era_programs(name)])]
-        needs = [Needs(one.slots, one.fetches, one.levels, loops, one.targets, _side(largest),
-                       largest, True, not loops) for one in costs]
+        index = size.numbers if compiler in TEXEL_POINTERS else size.texels
+        needs = [Needs(one.slots, one.fetches, one.levels, loops, one.targets, _side(size.texels),
+                       index, True, not loops)
+                 for one in _costs(compiler, name, loops, own)]
+        if not needs:
+            needs = [Needs(targets=find_method(name).era_targets(compiler), queries=True)]
         found[name, ERA] = list(dict.fromkeys(
             reason for one in needs for reason in card.refuses(one)))
     return found
+
+
+def _costs(compiler: str, name: str, loops: bool, own: Mapping[str, Any]) -> list[StaticCost]:
+    """Return the costs of a method's programs; none if the method has no form for the chip."""
+    if not loops and find_method(name).why_no_era_form(compiler):
+        return []
+    kernels = [LOOP] if loops else [one.kernel for one in era_programs(name, card=compiler)]
+    return [static_cost(compiler, name, kernel, in_loop=loops, **own) for kernel in kernels]
 
 
 def _side(texels: int) -> int:

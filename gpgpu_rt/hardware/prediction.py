@@ -13,14 +13,14 @@ from ..bench.workloads import RAY_SETS, Workload, rays_of, told
 from ..errors import OptionError, nearest_names
 from ..methods import built_in_methods, find_method
 from ..scene.scene import Scene
-from .cards import INDEX, Card, Refusal, find_card
+from .cards import Card, Refusal, find_card
 from .image_issues import measure
 from .issue import KernelIssues
 from .loop_costs import setup_slots
 from .machine_model import (
     ASSUMED, Assumptions, CardTime, stream_fetches, time_of_loop, time_of_passes
 )
-from .methods_on_cards import ERA, era_refusals
+from .methods_on_cards import ERA, EraSize, era_refusals
 from .program_forms import (
     BLOCKS, FORMS, PACKETS, PASSES, SAME_WALK, SINGLE_RAYS, UNCOALESCED, WARPS, counted_as,
     forms_of, kernels_from, packets_in_loop
@@ -85,8 +85,7 @@ def predict(scene: Scene, method: str, card: str, rays: str | Workload = KIND, s
     The rays are not all traced: their work is estimated from at most 128x128 pixels and four tiles
     of 96x96 pixels (of 128x128 for kd-packet on NV40). Packets on the G80 are all traced. The time
     depends on ``size``, because neighbouring rays of a larger image need the same kernels more
-    often. A float of the card may be too short for the index of a texel. This limit is not
-    checked: the kernels are assumed to address texels by two coordinates, as in the papers.
+    often. The sizes of tables are not compared with the card's limits.
 
     Parameters
     ----------
@@ -167,15 +166,14 @@ def check_predicted(card: Card) -> None:
 
 def limit_of(card: Card, method: str) -> Refusal | None:
     """Return the first limit of the card that forbids the method. Return None if the card can run
-    the method's kernels, or if no card's compiler compiled these kernels. The limit of an index is
-    not checked, as in `predict`."""
+    the method's kernels, or if no card's compiler compiled these kernels. The sizes of tables are
+    not compared."""
     if method in SAME_WALK and not card.branching:
         return Refusal("loops", "needs loops, because a stack in a local array does not last from "
                        "pass to pass, and the card has no branches")
     if method not in era_methods() and method not in packet_methods():
         return None
-    refused = era_refusals(card, {method: 1})[method, ERA]
-    return next((one for one in refused if one.limit != INDEX), None)
+    return next(iter(era_refusals(card, {method: EraSize()})[method, ERA]), None)
 
 
 def why_no_time(method: str) -> str:
@@ -233,7 +231,8 @@ def _compiled(chip: str, method: str, kernels: tuple[str, ...], any_hit: bool,
               in_loop: bool, options: Options) -> tuple[dict[str, StaticCost], dict[str, int]]:
     own = dict(options)
     return ({name: static_cost(chip, method, name, any_hit, in_loop, **own) for name in kernels},
-            {name: stream_fetches(method, name, any_hit, in_loop, **own) for name in kernels})
+            {name: stream_fetches(method, name, any_hit, in_loop, chip, **own)
+             for name in kernels})
 
 
 def _own(method: str, form: str, options: Options) -> dict[str, Any]:

@@ -17,10 +17,13 @@ from typing import Any
 from ..errors import OptionError, nearest_names
 from ..inspect.program_text import program_text
 from ..methods import built_in_methods, find_method
+from ..options import TEXEL_POINTERS
 from ..traversal.era import EraKernel, era_kernels
 from ..traversal.era_packets import packet_kernels, packet_loop
 
 COMPILERS = ("r300", "r420", "r580", "nv40", "g80")
+# The chips whose numbers choose a program's form: all pointers are indices, or columns and rows.
+INDICES, TEXELS = "nv40", "r420"
 # The depth of a stack that never drops entries is a constant of the program. The constant changes
 # no instruction, so any depth serves here. The depth of a short stack is an option of the method.
 DEFINES: Mapping[str, object] = {"STACK_SIZE": 32}
@@ -116,10 +119,11 @@ class CompiledCosts:
     programs: Mapping[str, StaticCost] = field(default_factory=dict)
 
 
-def era_methods() -> list[str]:
-    """Return the built-in methods whose era form runs one kernel per pass."""
+def era_methods(era: str | bool = True) -> list[str]:
+    """Return the built-in methods whose era form runs one kernel per pass. ``era`` is a chip, or
+    True for any chip."""
     return [row.name for row in built_in_methods()
-            if not row.why_no_era_form() and row.era_packets is None]
+            if not row.why_no_era_form(era) and row.era_packets is None]
 
 
 def packet_methods() -> list[str]:
@@ -128,7 +132,7 @@ def packet_methods() -> list[str]:
 
 
 def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
-                 **options: Any) -> tuple[EraProgram, ...]:
+                 card: str = INDICES, **options: Any) -> tuple[EraProgram, ...]:
     """Return the kernels of a method in the era form, in the dialect of the cards. For packets,
     the last program is the whole loop.
 
@@ -137,6 +141,7 @@ def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
     method : a name of the method table
     any_hit : whether rays stop at their first hit
     in_loop : whether the kernels are branches in a loop, not passes; must be true for packets
+    card : the chip. Only the kernels of passes depend on it, because chips with fp24 have no loops
     options : the method's options
 
     Raises
@@ -144,19 +149,19 @@ def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
     OptionError
         for a method without an era form
     """
-    return _programs(method, any_hit, in_loop, tuple(sorted(options.items())))
+    form = TEXELS if card in TEXEL_POINTERS and not in_loop else INDICES
+    return _programs(method, any_hit, in_loop, form, tuple(sorted(options.items())))
 
 
 @functools.cache    # making a text is slow
-def _programs(method: str, any_hit: bool, in_loop: bool,
+def _programs(method: str, any_hit: bool, in_loop: bool, form: str,
               options: tuple[tuple[str, Any], ...]) -> tuple[EraProgram, ...]:
     row = find_method(method)
     if in_loop and row.era_packets is not None:
         resolved = row.resolved(dict(options))
         return tuple(_program(method, kernel) for kernel in (
             *packet_kernels(row, resolved, any_hit), packet_loop(row, resolved, any_hit)))
-    # A real card rounds by itself. So choose a chip with fp32, whose kernels emulate no rounding.
-    resolved = row.resolved({**dict(options), "era": "nv40"})
+    resolved = row.resolved({**dict(options), "era": form})
     defines = {name: value for name, value in DEFINES.items() if name not in row.defines(resolved)}
     kernels = era_kernels(row.formed(resolved), resolved, any_hit, defines, in_loop)
     return tuple(_program(method, kernel) for kernel in kernels)
@@ -169,12 +174,14 @@ def _program(method: str, kernel: EraKernel) -> EraProgram:
 
 def all_era_programs() -> list[EraProgram]:
     """Return the programs of every method with an era form, for nearest hits and for any hits.
-    Programs with default options or SETTINGS come first, as passes and in loops. The programs of
-    PACKETS follow, only in loops."""
-    chosen = [*((name, {}) for name in era_methods()), *SETTINGS]
-    return [program for some, forms in ((chosen, (False, True)), (PACKETS, (True,)))
-            for name, options in some for any_hit in (False, True) for in_loop in forms
-            for program in era_programs(name, any_hit, in_loop, **options)]
+    Programs with default options or SETTINGS come first: with indices as passes and in loops, then
+    with columns and rows as passes. The programs of PACKETS follow, only in loops. Each compiler
+    reads all programs, because `machine_model.stream_fetches` needs NV40's listings."""
+    chosen = [(era, in_loop, [*((name, {}) for name in era_methods(era)), *SETTINGS])
+              for era, in_loop in ((INDICES, False), (INDICES, True), (TEXELS, False))]
+    return [program for era, in_loop, some in (*chosen, (INDICES, True, PACKETS))
+            for name, options in some for any_hit in (False, True)
+            for program in era_programs(name, any_hit, in_loop, era, **options)]
 
 
 def digest_of(text: str) -> str:
@@ -205,8 +212,9 @@ def compiled_costs(card: str) -> CompiledCosts:
 
 
 def static_cost(card: str, method: str, kernel: str, any_hit: bool = False,
-                in_loop: bool = False, **options: Any) -> StaticCost:
-    """Return the cost of a method's kernel on a card.
+                in_loop: bool = False, form: str = "", **options: Any) -> StaticCost:
+    """Return the cost of a method's kernel on a card, or on this card in the form for the chip
+    ``form`` (`era_programs`).
 
     Raises
     ------
@@ -214,7 +222,8 @@ def static_cost(card: str, method: str, kernel: str, any_hit: bool = False,
         for an unknown card or kernel, a method without an era form, or a kernel that was not
         compiled for this card
     """
-    programs = {one.kernel: one for one in era_programs(method, any_hit, in_loop, **options)}
+    programs = {one.kernel: one
+                for one in era_programs(method, any_hit, in_loop, form or card, **options)}
     if kernel not in programs:
         raise OptionError(f"method {method} has no kernel {kernel!r}"
                           + nearest_names(kernel, programs))

@@ -1,7 +1,8 @@
 """The era form: a method's kernels as the cards of 2002-2006 ran them, one kernel per pass.
 
-Indices are floats. Each texel of a record lies in a separate texture. A ray's state has the fields
-that the method's paper stores. The host chooses the kernel of each pass by occlusion queries.
+There are no integers: a pointer is a float or, on chips with fp24, a column and a row. Each texel
+of a record lies in a separate texture. A ray's state has the fields that the paper's program
+stores. The host chooses the kernel of each pass by occlusion queries.
 
 A dialect is a main file that includes ``glsl/era/pass.glsl``, which includes the kernels of
 ``glsl/methods/``. The cards' compilers read the dialect ``card``; today's renderer runs the
@@ -10,16 +11,19 @@ dialect ``renderer``.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
+
+import numpy as np
 
 from ..errors import LimitError
 from ..gl import era_accessors
 from ..gl.full_screen import FullScreenPass
 from ..gl.precision import Precision
-from ..gl.record import Record
+from ..gl.record import Record, texels_of
 from ..gl.shader import Source, resolve
 from ..gl.target import Target
+from ..gl.textures import TABLE_WIDTH
 from ..options import word_define
 from ..rays.records import HIT, RAY_TEXELS
 from ..rays.textures import RayTextures, StateBuffers
@@ -33,6 +37,8 @@ from .schedules import DRAWN, ProgramKey, Traversal, kernel_defines
 INIT = "init"     # the kernel that sets up the rays' states
 # In every method with an era form, only the kernel with this name changes hits.
 TESTS_TRIANGLES = "intersect"
+# Uniforms that are indices of elements. The host converts them to the chip's form of pointers.
+POINTERS = ("node_count", "triangle_count", "slice_step")
 
 
 @dataclass(frozen=True)
@@ -44,15 +50,18 @@ class EraKernel:
     name : the kernel's name; INIT for the pass that sets up states
     defines, virtual : arguments of ``gl.shader.resolve``, for either dialect
     writes_hit : whether the kernel writes rays' hits
+    rounding : further defines for the dialect ``renderer``, which rounds as the card does
     """
 
     name: str
     defines: Mapping[str, object]
     virtual: Mapping[str, str]
     writes_hit: bool
+    rounding: Mapping[str, object] = field(default_factory=dict)
 
     def source(self, dialect: str) -> Source:
-        return resolve(f"era/{dialect}.frag", self.defines, self.virtual)
+        rounding = self.rounding if dialect == "renderer" else {}
+        return resolve(f"era/{dialect}.frag", {**self.defines, **rounding}, self.virtual)
 
 
 def era_kernel(method: Method, options: Mapping[str, Any], name: str, any_hit: bool = False,
@@ -70,15 +79,17 @@ def era_kernel(method: Method, options: Mapping[str, Any], name: str, any_hit: b
     """
     start = name == INIT
     chosen = {
-        **method.defines(options), **(defines or {}), **Precision.of(options).defines(),
-        **kernel_defines(method.kernels),
+        **method.defines(options), **(defines or {}), **kernel_defines(method.kernels),
         word_define("INTERSECTION", options["intersection"]): True,
-        "ERA": True, "ANY_HIT": any_hit, "START": start, "IN_LOOP": in_loop and not start,
+        "ERA": True, "TEXEL_POINTERS": method.has_texel_pointers(options["era"]),
+        "TABLE_WIDTH": float(TABLE_WIDTH),
+        "ANY_HIT": any_hit, "START": start, "IN_LOOP": in_loop and not start,
         "KERNEL": None if start else name,
         "KERNEL_PHASE": None if start else method.kernels.index(name) + 1}
     writes_hit = start or name == TESTS_TRIANGLES
     return EraKernel(name, {**chosen, "WRITES_HIT": writes_hit},
-                     _texts(method, options, start, writes_hit), writes_hit)
+                     _texts(method, options, start, writes_hit), writes_hit,
+                     Precision.of(options).defines())
 
 
 def era_kernels(method: Method, options: Mapping[str, Any], any_hit: bool = False,
@@ -127,6 +138,9 @@ class EraDriver(MethodDriver):
             record = self.precision.layout(record)
             table = self.samplers[era_accessors.table_samplers(record)[0]]
             found.update(era_accessors.table_places(record, table.height))
+        if self.method.has_texel_pointers(self.options["era"]):
+            found.update((name, tuple(texels_of(np.asarray(found[name])).tolist()))
+                         for name in POINTERS if name in found)
         return found
 
     def generated(self, rays: RayTextures, statistics: Statistics) -> RayTextures:
@@ -189,7 +203,8 @@ class EraTraversal(EraDriver, Traversal):
 
         def make() -> FullScreenPass:
             found = era_kernel(self.method, self.options, name, any_hit, self.accelerator.defines)
-            program = FullScreenPass(self.gpu, "era/renderer.frag", found.defines, found.virtual)
+            program = FullScreenPass(self.gpu, "era/renderer.frag",
+                                     {**found.defines, **found.rounding}, found.virtual)
             program.kernel = program.label = name
             return program
         return self.program(ProgramKey(rays.record, any_hit, 1, start, kernel, False), make)

@@ -11,7 +11,9 @@ import numpy as np
 from ..errors import OptionError
 from ..gl.packed_record import PackedRecord
 from ..gl.record import Record
-from ..options import ERA_TARGETS, OFF, TRACER_OPTIONS, Option, resolve_options, spell, with_era
+from ..options import (
+    ERA_TARGETS, OFF, TEXEL_POINTERS, TRACER_OPTIONS, Option, resolve_options, spell, with_era
+)
 from ..rays.records import HIT
 from .accelerator import Accelerator
 from .era_packet_form import EraPackets
@@ -69,6 +71,9 @@ class Part:
         return self.files.get(value, self.files.get(True, self.plain) if value else self.plain)
 
 
+# How a ray finds the end of a leaf's references.
+LEAF_LIST = Part("leaf_list", "era", "core/list_counted.glsl",
+                 dict.fromkeys(TEXEL_POINTERS, "era/list_marked.glsl"))
 # The test of a triangle by a packet's rays, and the test that lets a packet skip triangles.
 TRIANGLE_TESTS = Part("triangle_tests", "intersection", "drivers/triangle_by_ray.glsl",
                       {"woop-watertight": "drivers/triangle_by_axes.glsl"})
@@ -174,13 +179,30 @@ class Method:
         year = self.citation[-4:]
         return year if year.isdecimal() else ""
 
-    def why_no_era_form(self) -> str:
+    def why_no_era_form(self, era: str | bool = True) -> str:
         """Return why the row has no era form (traversal/era.py) with default options, or "" if the
-        row has one."""
-        return self._with_form({"era": True})._why_not_era()
+        row has one. ``era`` is a chip, or True for any chip."""
+        return self._with_form({"era": era})._why_not_era(era)
 
-    def _why_not_era(self) -> str:
-        targets = self.state.without("steps").texels + HIT.texels
+    def era_targets(self, era: str | bool) -> int:
+        """Return the number of render targets of the era form's kernels with default options."""
+        return self._with_form({"era": era})._era_state(era).texels + HIT.texels
+
+    def has_texel_pointers(self, era: str | bool | None) -> bool:
+        """Return whether pointers are columns and rows in the era form for a chip. A row of a user
+        whose state has no field of the type ``pointer`` keeps indices."""
+        return era in TEXEL_POINTERS and self.state.has_pointers
+
+    def _era_state(self, era: str | bool) -> Record:
+        """Return the state in the era form: it has no step count and, with marked lists
+        (LEAF_LIST), no list's end."""
+        state = self.state.without("steps")
+        if self.has_texel_pointers(era):
+            return state.without("end").with_texel_pointers()
+        return state
+
+    def _why_not_era(self, era: str | bool) -> str:
+        targets = self._era_state(era).texels + HIT.texels
         if self.no_era_form or self.era_packets is not None:
             return self.no_era_form
         if self.packet:
@@ -201,7 +223,10 @@ class Method:
         records = self.choose_tables(options) if self.choose_tables else self.tables
         if not options.get("era"):
             return records
-        return tuple(record.apart() for record in records if isinstance(record, Record))
+        records = tuple(record.apart() for record in records if isinstance(record, Record))
+        if not self.has_texel_pointers(options["era"]):
+            return records
+        return tuple(record.with_texel_pointers() for record in records)
 
     def formed(self, options: Mapping[str, Any]) -> Method:
         """Return the row that ``form`` makes for these options. A missing option has its default.
@@ -216,10 +241,16 @@ class Method:
             row.era_packets.check(row.name, options)
             return replace(row, schedules=("loop",), drivers={"loop": row.era_packets.driver},
                            state=row.state.without("steps"))
-        if reason := row._why_not_era():
+        era = options["era"]
+        if reason := row._why_not_era(era):
             changed = self._changed({**{o.name: o.default for o in self.options}, **options})
-            raise OptionError(f"method {self.name}{changed} has no era form: {reason}")
-        return replace(row, state=row.state.without("steps"), schedules=("kernels",))
+            on_any = self._with_form({**options, "era": True})._why_not_era(True)
+            chip = "" if on_any else f" for {era}"
+            raise OptionError(f"method {self.name}{changed} has no era form{chip}: {reason}")
+        entry = row.stack_entry
+        if entry is not None and row.has_texel_pointers(era):
+            entry = entry.with_texel_pointers()
+        return replace(row, state=row._era_state(era), stack_entry=entry, schedules=("kernels",))
 
     def _with_form(self, options: Mapping[str, Any]) -> Method:
         if self.form is None:

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from ..gl.record import EXACT_INTEGER, Record
 
-STACK_ENTRY = Record("stack_entry", "t_max node:int")
+STACK_ENTRY = Record("stack_entry", "t_max node:pointer")
 """A level of a ray's stack in an atlas (stack_atlas.py): a node to visit, and the end of the ray's
 interval in this node."""
 
@@ -55,10 +55,10 @@ the kernels' order. The phase is 0 for a finished ray and below 0 for a stopped 
 fields are enough for a method that runs in a single pass, or that keeps its other data in other
 streams."""
 
-LIST_STATE = Record("state", "cursor:int phase:int steps:int")
+LIST_STATE = Record("state", "cursor:pointer phase:int steps:int")
 """The fields of STATE, and ``cursor``, the ray's position in a list of triangles."""
 
-TREE_STATE = Record("state", "node:int cursor:int phase:int steps:int")
+TREE_STATE = Record("state", "node:pointer cursor:pointer phase:int steps:int")
 """The fields of STATE, the next ``node``, and ``cursor``, the ray's position in a leaf's
 triangles."""
 

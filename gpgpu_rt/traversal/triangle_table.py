@@ -9,9 +9,9 @@ from ..gl.record import Record
 TRIANGLE = Record("triangle", "v0:vec3 index:int | v1:vec3 last:int | v2:vec3")
 """A triangle. ``index`` is the row in the scene; ``last`` is 1 for the last triangle of a leaf."""
 
-REFERENCE = Record("reference", "triangle:int")
-"""An entry of the triangle list of a leaf or a cell: the row of a triangle in the triangle table.
-The entry -1, the sentinel, ends a list."""
+REFERENCE = Record("reference", "triangle:pointer")
+"""An entry of the triangle list of a leaf or a cell: a pointer to the triangle. A cell's list ends
+in the sentinel -1."""
 
 
 def triangle_table(triangles: np.ndarray, order: np.ndarray | None = None,

@@ -11,7 +11,7 @@ import gpgpu_rt as rt
 from gpgpu_rt.cli import main
 from gpgpu_rt.hardware import methods_on_cards
 from gpgpu_rt.hardware.cards import cards, find_card
-from gpgpu_rt.hardware.methods_on_cards import era_refusals, era_texels, method_needs
+from gpgpu_rt.hardware.methods_on_cards import EraSize, era_refusals, era_sizes, method_needs
 from gpgpu_rt.hardware.static_costs import static_cost
 
 PAIRS = {(row.name, schedule) for row in rt.methods() for schedule in row.schedules}
@@ -60,6 +60,7 @@ def test_the_table_fits_a_terminal_and_says_why(few, capsys) -> None:
     assert at["grid", "loop"]["R420"] == "loops"
     assert at["kd-short-stack", "step"]["R580"] == "targets"
     assert at["kd-short-stack", "era"]["R580"] == "yes"     # the era form has a smaller state
+    assert at["kd-short-stack", "era"]["R420"] == "targets"
     assert ("targets: for example kd-short-stack kernels on the R300: needs 6 render targets, "
             "the card has 4") in text
 
@@ -80,14 +81,28 @@ def test_json_has_every_reason_of_every_card(few, capsys) -> None:
 
 def test_the_era_form_is_judged_by_every_kernel() -> None:
     """A card cannot run a method if a single kernel needs more than a limit of the card allows."""
-    texels = era_texels(["kd-backtrack"])
+    sizes = era_sizes(["kd-backtrack"])
     card = find_card("R420")
-    assert not era_refusals(card, texels)["kd-backtrack", "era"]
+    assert not era_refusals(card, sizes)["kd-backtrack", "era"]
     for kernel in ("init", "down", "intersect", "climb"):
         cost = static_cost("r420", "kd-backtrack", kernel)
         tight = {**card.figures, "texture_slots": {"value": cost.fetches - 1}}
-        assert era_refusals(replace(card, figures=tight), texels)["kd-backtrack", "era"], kernel
-    assert era_refusals(card, {"kd-backtrack": 1 << 20})["kd-backtrack", "era"][0].limit == "index"
+        assert era_refusals(replace(card, figures=tight), sizes)["kd-backtrack", "era"], kernel
+
+
+def test_fp24_limits_numbers_but_not_tables() -> None:
+    """On a card with fp24, a pointer is a column and a row. So the number of triangles is limited,
+    because a hit stores it in one float, but the number of nodes is not."""
+    card, many = find_card("R420"), 1 << 20
+    for size, limits in ((EraSize(many, 1000), []), (EraSize(many, many), ["index"])):
+        refused = era_refusals(card, {"kd-backtrack": size})["kd-backtrack", "era"]
+        assert [one.limit for one in refused] == limits
+
+
+@pytest.mark.parametrize("chip", ["R300", "R420"])
+def test_a_short_stack_does_not_fit_into_fp24(chip: str) -> None:
+    refused = era_refusals(find_card(chip), era_sizes(["kd-short-stack"]))["kd-short-stack", "era"]
+    assert {one.limit for one in refused} == {"targets"}
 
 
 @pytest.mark.full

@@ -22,12 +22,12 @@ PAGE = Path(__file__).parents[2] / "docs" / "compiled-kernels.md"
 KERNELS = [(name, program.kernel) for name in NAMES for program in era_programs(name)]
 
 
-@pytest.mark.parametrize("card", COMPILERS)
-@pytest.mark.parametrize("method", NAMES)
+@pytest.mark.parametrize("card, method", [
+    (card, method) for card in COMPILERS for method in era_methods(card)])
 def test_every_kernel_was_compiled_as_it_is_now(card: str, method: str) -> None:
     kept = compiled_costs(card).programs
-    stale = [one.kernel for any_hit in (False, True) for one in era_programs(method, any_hit)
-             if one.digest not in kept]
+    stale = [one.kernel for any_hit in (False, True)
+             for one in era_programs(method, any_hit, card=card) if one.digest not in kept]
     assert not stale, (f"the text of {stale} of {method} has changed since it was compiled for "
                        f"{card}: run tools/static_costs.py --drivers FOLDER")
 
@@ -38,8 +38,9 @@ def test_nothing_else_is_kept(card: str) -> None:
     assert "Mesa" in compiled_costs(card).driver and compiled_costs(card).date > "2026"
 
 
-@pytest.mark.parametrize("card", COMPILERS)
-@pytest.mark.parametrize("method, kernel", KERNELS)
+@pytest.mark.parametrize("card, method, kernel", [
+    (card, method, kernel) for card in COMPILERS for method, kernel in KERNELS
+    if method in era_methods(card)])
 def test_counts_fit_together(card: str, method: str, kernel: str) -> None:
     cost = static_cost(card, method, kernel)
     assert (cost.method, cost.kernel, cost.refused) == (method, kernel, "")
@@ -128,8 +129,10 @@ def test_the_page_has_these_counts() -> None:
         (method, kernel) for method, kernel in KERNELS
         if kernel != "init"}
     for method, kernel, cells in rows:
-        costs = [static_cost(card, method, kernel) for card in ("r420", "r580", "nv40", "g80")]
-        assert cells.split(" | ") == [f"{one.arithmetic} + {one.fetches}" for one in costs]
+        costs = [static_cost(card, method, kernel) if method in era_methods(card) else None
+                 for card in ("r420", "r580", "nv40", "g80")]
+        assert cells.split(" | ") == [f"{one.arithmetic} + {one.fetches}" if one else "-"
+                                      for one in costs]
 
 
 def test_the_page_has_the_counts_of_loops() -> None:

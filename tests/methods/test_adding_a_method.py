@@ -327,11 +327,13 @@ def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
     assert "no method 'sweep'; --methods-from or load_methods loads your own" in answer.stderr
 
 
-def test_no_card_time_is_predicted(folder: Path, tmp_path: Path) -> None:
-    """A user's own method runs in the era form, but no card's compiler has seen its kernels."""
+@pytest.mark.parametrize("chip", ["nv40", "r420"])
+def test_no_card_time_is_predicted(folder: Path, tmp_path: Path, chip: str) -> None:
+    """A user's own method runs in the era form, but no card's compiler has seen its kernels. Its
+    pointers are integers, so they stay indices on a chip with fp24."""
     says = "no costs were compiled for a method of your own"
     answer = python("-m", "gpgpu_rt", "render", "cornell", "-m", "sweep", "--methods-from",
-                    str(folder), "--era", "nv40", "--size", "16", "-o", str(tmp_path / "o.png"))
+                    str(folder), "--era", chip, "--size", "16", "-o", str(tmp_path / "o.png"))
     assert answer.returncode == 0, answer.stderr
     assert says in answer.stdout and (tmp_path / "o.png").is_file()
     script = ("import sys, gpgpu_rt as rt\nfrom gpgpu_rt.hardware.prediction import predict\n"

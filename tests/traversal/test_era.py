@@ -34,9 +34,9 @@ def scenes():
     return {name: load_scene(name) for name in ("cornell", "shirley6")}
 
 
-@pytest.mark.parametrize("era", ERAS)
+@pytest.mark.parametrize("name, era", [(row.name, era) for row in methods() for era in ERAS
+                                       if row.name in NAMES and not row.why_no_era_form(era)])
 @pytest.mark.parametrize("scene", ["cornell", "shirley6"])
-@pytest.mark.parametrize("name", NAMES)
 def test_finds_the_same_triangles(scenes, name, scene, era):
     rays = scenes[scene].camera.rays((SIDE, SIDE))
     with rt.Tracer(scenes[scene], name, intersection="moller-trumbore",
@@ -166,6 +166,15 @@ def test_the_reason_names_the_option_that_has_no_era_form(scenes):
 def test_a_state_of_too_many_targets_is_refused(scenes):
     with pytest.raises(OptionError, match="stack_size=4 has no era form: .* 6 render targets"):
         rt.Tracer(scenes["cornell"], "kd-short-stack", stack_size=4, era="nv40")
+
+
+@pytest.mark.parametrize("name, options, reason", [
+    ("kd-short-stack", {}, "6 render targets"),
+    ("bvh-threaded", {"octants": True, "shared_subtrees": 8}, "fp24 cannot hold")], ids=str)
+def test_a_form_that_fp24_does_not_hold_is_refused(scenes, name, options, reason):
+    rt.Tracer(scenes["cornell"], name, era="nv40", **options).release()
+    with pytest.raises(OptionError, match=f"has no era form for r420: .*{reason}"):
+        rt.Tracer(scenes["cornell"], name, era="r420", **options)
 
 
 def test_a_search_that_does_not_end_is_an_error(scenes):

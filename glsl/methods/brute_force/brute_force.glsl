@@ -1,16 +1,18 @@
 // Brute force: every ray tests every triangle, one triangle per step ("Brute" in Foley and Sugerman,
 // "KD-Tree Acceleration Structures for a GPU Raytracer", Graphics Hardware 2005; survey, Figure 12).
 
-uniform int triangle_count;
+#include "core/pointer.glsl"
+
+uniform pointer triangle_count;   // in the era form with fp24, the texel after the last triangle
 
 void init(Ray ray, out State state) {
-    state.cursor = 0;
-    state.phase = triangle_count > 0 ? INTERSECT : DONE;
+    state.cursor = FIRST;
+    state.phase = triangle_count != FIRST ? INTERSECT : DONE;
 }
 
 void intersect(Ray ray, inout State state, inout Hit hit) {
     test_triangle(ray, state.cursor, hit);
-    ++state.cursor;
+    state.cursor = moved(state.cursor, 1);
     if (state.cursor == triangle_count || search_over(hit)) {
         state.phase = DONE;
     }

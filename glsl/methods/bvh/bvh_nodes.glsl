@@ -12,6 +12,7 @@ bool is_portal(int first) {
     return first < -1;
 }
 
+#include "core/pointer.glsl"
 #include <subtrees>
 
 #ifdef QUANTISED_NODES

@@ -13,29 +13,29 @@
 #include "methods/bvh/bvh_nodes.glsl"
 #include "core/octant.glsl"
 
-uniform int node_count;
+uniform pointer node_count;
 
-int root_for(Ray ray) {
-    int root = 0;
+pointer root_for(Ray ray) {
+    pointer root = FIRST;
 #ifdef OCTANTS
-    root = node_count * direction_octant(ray.direction);
+    root = multiplied(node_count, direction_octant(ray.direction));
 #endif
     return root;
 }
 
 // Visit node i: descend into the node, go to the triangles of a leaf, or follow the escape index. Return
 // the escape index.
-int visit(Ray ray, int i, Hit hit, inout State state) {
+pointer visit(Ray ray, pointer i, Hit hit, inout State state) {
     COUNT(nodes_visited);
     vec3 lo = bvh_node_lo(i);
     vec3 hi = bvh_node_hi(i);
     order_corners(lessThan(ray.direction, vec3(0.0)), lo, hi);
     vec2 interval = box_interval(ray, lo, hi);
     bool entered = larger(interval.x, ray.t_min) <= smaller(interval.y, hit.t);
-    int first = bvh_node_first(i);
-    int escape = bvh_node_escape(i);
-    bool inner = first < 0;
-    int past = behind(escape, AFTER(state));
+    pointer first = bvh_node_first(i);
+    pointer escape = bvh_node_escape(i);
+    bool inner = is_null(first);
+    pointer past = behind(escape, AFTER(state));
     state.node = entered && inner ? below(i, first) : past;
     AFTER(state) = way_out(first, escape, past, entered && inner, AFTER(state));
     if (entered && !inner) {
@@ -49,8 +49,8 @@ int visit(Ray ray, int i, Hit hit, inout State state) {
 #include <entries>
 
 void init(Ray ray, out State state) {
-    AFTER(state) = -1;
-    state.cursor = 0;
+    AFTER(state) = NOWHERE;
+    state.cursor = FIRST;
     begin(ray, state);
 }
 
@@ -62,9 +62,9 @@ void traverse(Ray ray, inout State state, inout Hit hit) {
 }
 
 void intersect(Ray ray, inout State state, inout Hit hit) {
-    int i = state.cursor;
+    pointer i = state.cursor;
     test_triangle(ray, i, hit);
-    ++state.cursor;
+    state.cursor = moved(i, 1);
     if (triangle_last(i) != 0) {
         state.phase = subtree_ends(state) ? LEAVE : TRAVERSE;
     }

@@ -4,9 +4,9 @@
 
 void begin(Ray ray, inout State state) {
     state.node = root_for(ray);
-    state.phase = node_count > 0 ? TRAVERSE : DONE;
+    state.phase = node_count != FIRST ? TRAVERSE : DONE;
 }
 
 bool subtree_ends(State state) {
-    return state.node < 0;
+    return is_null(state.node);
 }

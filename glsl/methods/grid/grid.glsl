@@ -9,7 +9,10 @@
 // Departure: Purcell et al. add an increment to t_next in each step. The rounding errors of the additions
 // grow, so long walks miss cells. Here each step computes t_next from the integer cell.
 
+#include "core/pointer.glsl"
+
 uniform ivec3 grid_resolution;
+uniform pointer slice_step;   // from a cell to the next cell along z
 uniform vec3 cell_size;
 
 // The t at which the ray leaves cell `cell` along each axis.
@@ -24,8 +27,8 @@ ivec3 cell_at(Ray ray, float t) {
     return clamp(ivec3(floor(at)), ivec3(0), grid_resolution - 1);
 }
 
-int cell_index(ivec3 cell) {
-    return cell.x + grid_resolution.x * (cell.y + grid_resolution.y * cell.z);
+pointer cell_pointer(ivec3 cell) {
+    return pointer_to(cell.x + grid_resolution.x * cell.y) + slice_step * cell.z;
 }
 
 // Enter a cell at t. Continue with the cell's list, or walk on if the cell is empty.
@@ -34,9 +37,9 @@ void visit(Ray ray, ivec3 cell, float t, inout State state) {
     state.cell = cell;
     state.t_enter = t;
     state.t_next = cell_exit(ray, cell);
-    state.cursor = grid_cell_first(cell_index(cell));
+    state.cursor = grid_cell_first(cell_pointer(cell));
     state.phase = TRAVERSE;
-    if (state.cursor >= 0) {
+    if (!is_null(state.cursor)) {
         COUNT(leaves_visited);
         state.phase = INTERSECT;
     }
@@ -48,7 +51,7 @@ void init(Ray ray, out State state) {
     state.t_exit = min(interval.y, ray.t_max);
     state.cell = ivec3(0);
     state.t_next = vec3(0.0);
-    state.cursor = -1;
+    state.cursor = NOWHERE;
     state.phase = DONE;
     if (t <= state.t_exit) {
         visit(ray, cell_at(ray, t), t, state);
@@ -58,35 +61,33 @@ void init(Ray ray, out State state) {
 // Go to the next cell. The search ends at the last cell, or if the ray has a hit inside the current cell.
 // After a hit beyond the end of the cell the search continues, because a nearer hit may follow.
 void traverse(Ray ray, inout State state, inout Hit hit) {
-#ifdef PROXIMITY
-    int clear = -state.cursor - 1;   // the number of cells ahead that are certainly empty
-    if (clear >= 2) {
-        float cells = max_component(R(abs(ray.direction) / cell_size));
-        float t = R(state.t_enter + R(float(clear) / cells));
-        state.phase = DONE;
-        if (t < state.t_exit) {
-            visit(ray, cell_at(ray, t), t, state);
-        }
-        return;
-    }
-#endif
-    float t_leave = min_component(state.t_next);
-    bvec3 leaves = equal(state.t_next, vec3(t_leave));
+    float t = min_component(state.t_next);
+    bvec3 leaves = equal(state.t_next, vec3(t));
     ivec3 forward = ivec3(sign(ray.inv_dir));
     ivec3 cell = state.cell + (leaves.x ? ivec3(forward.x, 0, 0)
                             : (leaves.y ? ivec3(0, forward.y, 0) : ivec3(0, 0, forward.z)));
     bool outside = any(lessThan(cell, ivec3(0)))
                 || any(greaterThanEqual(cell, grid_resolution));
+    bool ends = outside || hit.t < t;
+#ifdef PROXIMITY
+    int clear = -code_of(state.cursor) - 1;   // the number of cells ahead that are certainly empty
+    if (clear >= 2) {
+        float cells = max_component(R(abs(ray.direction) / cell_size));
+        t = R(state.t_enter + R(float(clear) / cells));
+        cell = cell_at(ray, t);
+        ends = false;
+    }
+#endif
     state.phase = DONE;
-    if (!outside && hit.t >= t_leave && t_leave < state.t_exit) {
-        visit(ray, cell, t_leave, state);
+    if (!ends && t < state.t_exit) {
+        visit(ray, cell, t, state);
     }
 }
 
 void intersect(Ray ray, inout State state, inout Hit hit) {
-    int triangle = reference_triangle(state.cursor);
-    ++state.cursor;
-    if (triangle < 0) {
+    pointer triangle = reference_triangle(state.cursor);
+    state.cursor = moved(state.cursor, 1);
+    if (is_null(triangle)) {
         state.phase = TRAVERSE;
     } else {
         test_triangle(ray, triangle, hit);

@@ -1,5 +1,4 @@
-// Computes the t at which rays cross planes of a kd-tree. Split planes and faces of boxes use one
-// expression, so equal planes have equal t.
+// Computes the t of split planes and of the faces of boxes by one expression, so equal planes have equal t.
 
 #include "core/axis.glsl"
 

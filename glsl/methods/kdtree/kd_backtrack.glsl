@@ -15,7 +15,7 @@ void start_search(inout State state) {
 void take_only_child(inout State state) {
 }
 
-void pass_far_child(int far, float t_max, inout State state) {
+void pass_far_child(pointer far, float t_max, inout State state) {
 }
 
 void leave_leaf(inout State state, Hit hit) {
@@ -35,7 +35,7 @@ void climb(Ray ray, inout State state, inout Hit hit) {
     if (t_leave > state.t_min) {
         state.t_max = min(t_leave, state.t_exit);
         state.phase = DOWN;
-    } else if (state.node == 0) {
+    } else if (state.node == FIRST) {
         state.phase = DONE;   // the root's bounds, in a narrow number format, may end before t_min
     }
 }

@@ -10,11 +10,15 @@
 // Departure: in the survey's Figure 10, a ray also enters the near child if t_split < 0. This is wrong: a
 // negative t_split can mean that the ray starts beyond the plane.
 
+#include "core/pointer.glsl"
 #include "methods/kdtree/kd.glsl"
+
+#define LIST_LENGTH kd_node_count
+#include <leaf_list>
 
 void start_search(inout State state);
 void take_only_child(inout State state);
-void pass_far_child(int far, float t_max, inout State state);
+void pass_far_child(pointer far, float t_max, inout State state);
 void leave_leaf(inout State state, Hit hit);
 
 #include <entries>
@@ -22,25 +26,23 @@ void leave_leaf(inout State state, Hit hit);
 
 void init(Ray ray, out State state) {
     vec2 interval = box_interval(ray, scene_lo, scene_hi);
-    state.node = 0;
+    state.node = FIRST;
     state.t_min = max(interval.x, ray.t_min);
     state.t_exit = min(max(box_exit(ray, scene_lo, scene_hi), state.t_min), ray.t_max);
     state.t_max = state.t_exit;
-    state.cursor = 0;
-    state.end = 0;
+    no_list(state);
     state.phase = state.t_min <= min(interval.y, ray.t_max) ? BEGIN : DONE;
     begin_entries(state);
     start_search(state);
 }
 
-// The search ends at a hit before the leaf's end, or at the end of the ray's interval. (Without a hit,
-// hit.t is the ray's t_max.)
+// The search ends at a hit before the leaf's end, or at the end of the ray's interval.
 bool is_settled(State state, Hit hit) {
     return hit.t < state.t_max || state.t_max >= state.t_exit;
 }
 
 // Search the rest of the interval, from `node` downwards.
-void search_rest(int node, inout State state) {
+void search_rest(pointer node, inout State state) {
     state.t_min = resumed(state.t_max);
     state.t_max = state.t_exit;
     state.node = node;
@@ -50,22 +52,22 @@ void search_rest(int node, inout State state) {
 // Visit a node: go on to a child, or to the triangles of a leaf.
 void down(Ray ray, inout State state, inout Hit hit) {
     COUNT(nodes_visited);
-    int node = state.node;
+    pointer node = state.node;
     int axis = kd_node_axis(node);
-    int left = kd_node_left(node);
+    pointer left = kd_node_left(node);
     if (axis >= LEAF) {
         COUNT(leaves_visited);
-        state.cursor = left;
-        state.end = left + kd_node_count(node);
+        open_list(node, left, state);
         state.phase = INTERSECT;
-        if (state.cursor == state.end) {
+        if (is_empty(left, state)) {
             leave_leaf(state, hit);
         }
     } else {
         float t_split = plane_t(ray, axis, kd_node_split(node));
         float d = along(axis, ray.inv_dir);
-        int near = d < 0.0 ? left + 1 : left;
-        int far = d < 0.0 ? left : left + 1;
+        pointer right = moved(left, 1);
+        pointer near = d < 0.0 ? right : left;
+        pointer far = d < 0.0 ? left : right;
         bool takes_far = takes_far_child(t_split, state.t_min);
         state.node = takes_far ? far : near;
         if (takes_far || t_split >= state.t_max) {
@@ -81,10 +83,10 @@ void down(Ray ray, inout State state, inout Hit hit) {
 // Test one triangle of the leaf's list. A hit beyond the leaf's end is kept, but the search continues.
 void intersect(Ray ray, inout State state, inout Hit hit) {
     test_triangle(ray, reference_triangle(state.cursor), hit);
-    ++state.cursor;
+    bool ends = list_ends(state);
     if (search_over(hit)) {
         state.phase = DONE;
-    } else if (state.cursor == state.end) {
+    } else if (ends) {
         leave_leaf(state, hit);
     }
 }

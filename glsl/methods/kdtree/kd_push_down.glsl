@@ -16,7 +16,7 @@ void take_only_child(inout State state) {
     state.pushed = state.pushing != 0 ? state.node : state.pushed;
 }
 
-void pass_far_child(int far, float t_max, inout State state) {
+void pass_far_child(pointer far, float t_max, inout State state) {
     state.pushing = 0;
 }
 

@@ -9,7 +9,7 @@ void start_search(inout State state) {
 void take_only_child(inout State state) {
 }
 
-void pass_far_child(int far, float t_max, inout State state) {
+void pass_far_child(pointer far, float t_max, inout State state) {
 }
 
 void leave_leaf(inout State state, Hit hit) {

@@ -5,8 +5,8 @@
 void begin_entries(inout State state) {
 }
 
-int root_of(State state) {
-    int root = 0;
+pointer root_of(State state) {
+    pointer root = FIRST;
     return root;
 }
 

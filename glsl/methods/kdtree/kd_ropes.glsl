@@ -18,7 +18,7 @@ void start_search(inout State state) {
 void take_only_child(inout State state) {
 }
 
-void pass_far_child(int far, float t_max, inout State state) {
+void pass_far_child(pointer far, float t_max, inout State state) {
 }
 
 void leave_leaf(inout State state, Hit hit) {
@@ -26,15 +26,15 @@ void leave_leaf(inout State state, Hit hit) {
 }
 
 void follow_rope(Ray ray, inout State state, inout Hit hit) {
-    int leaf = kd_node_axis(state.node) - LEAF;
+    pointer leaf = pointer_to(kd_node_axis(state.node) - LEAF);
     vec3 exits = planes_t(ray, faces_ahead(leaf, goes_down(ray)));
     float t_leave = min_component(exits);
-    int rope = rope_taken(exits, t_leave, ropes_ahead(leaf, goes_down(ray)));
+    pointer rope = rope_taken(exits, t_leave, ropes_ahead(leaf, goes_down(ray)));
     state.phase = DOWN;
-    if (hit.t < t_leave || t_leave >= state.t_exit || rope < 0) {
+    if (hit.t < t_leave || t_leave >= state.t_exit || is_null(rope)) {
         state.phase = DONE;
     }
-    state.node = max(rope, 0);
+    state.node = is_null(rope) ? FIRST : rope;
     state.t_min = max(state.t_min, resumed(t_leave));
     state.t_max = state.t_exit;
 }

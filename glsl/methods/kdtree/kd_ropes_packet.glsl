@@ -106,7 +106,7 @@ void enter() {
 }
 
 vec3 faces;
-ivec3 ropes;
+Ropes ropes;
 
 void follow_rope(int r) {
     vec3 exits = planes_t(rays[r], faces);

@@ -11,14 +11,14 @@
 
 void start_search(inout State state) {
     state.stacked = 0;
-    state.far = 0;
+    state.far = FIRST;
     state.far_t_max = 0.0;
 }
 
 void take_only_child(inout State state) {
 }
 
-void pass_far_child(int far, float t_max, inout State state) {
+void pass_far_child(pointer far, float t_max, inout State state) {
     state.far = far;
     state.far_t_max = t_max;
     state.phase = PUSH;

@@ -7,14 +7,14 @@
 
 #include "methods/kdtree/kd.glsl"
 
-void choose(Ray ray, int node, int axis, int near, int far, State state, Hit hit,
+void choose(Ray ray, pointer node, int axis, pointer near, pointer far, State state, Hit hit,
             out vec2 near_interval, out vec2 far_interval) {
     float t_split = plane_t(ray, axis, unit_node_split(node));
     near_interval = vec2(state.t_min, min(t_split, state.t_max));
     far_interval = vec2(max(t_split, state.t_min), state.t_max);
 }
 
-vec2 interval_in(Ray ray, int node) {
+vec2 interval_in(Ray ray, pointer node) {
     vec3 lo = unit_bounds_lo(node);
     vec3 hi = unit_bounds_hi(node);
     return vec2(box_entry(ray, lo, hi), box_exit(ray, lo, hi));

@@ -12,6 +12,10 @@
 // ray goes to the far sibling if the ray meets the sibling's box before the ray's nearest hit.
 
 #include "core/axis.glsl"
+#include "core/pointer.glsl"
+
+#define LIST_LENGTH unit_node_count
+#include <leaf_list>
 
 // Return whether a ray reaches the right child of a node first. The node is split along `axis`.
 bool goes_down(Ray ray, int axis) {
@@ -20,7 +24,7 @@ bool goes_down(Ray ray, int axis) {
 
 #include <criterion>
 
-void search(int node, vec2 interval, inout State state) {
+void search(pointer node, vec2 interval, inout State state) {
     state.node = node;
     state.t_min = interval.x;
     state.t_max = interval.y;
@@ -30,9 +34,8 @@ void search(int node, vec2 interval, inout State state) {
 void init(Ray ray, out State state) {
     vec2 interval = box_interval(ray, scene_lo, scene_hi);
     interval = vec2(max(interval.x, ray.t_min), min(interval.y, ray.t_max));
-    state.cursor = 0;
-    state.end = 0;
-    search(0, interval, state);
+    no_list(state);
+    search(FIRST, interval, state);
     if (interval.x > interval.y) {
         state.phase = DONE;
     }
@@ -45,21 +48,21 @@ void leave_leaf(inout State state, Hit hit) {
 // Visit a node: go on to a child, or to the triangles of a leaf.
 void down(Ray ray, inout State state, inout Hit hit) {
     COUNT(nodes_visited);
-    int node = state.node;
+    pointer node = state.node;
     int axis = unit_node_axis(node);
-    int child = unit_node_child(node);
+    pointer child = unit_node_child(node);
     if (axis >= LEAF) {
         COUNT(leaves_visited);
-        state.cursor = child;
-        state.end = child + unit_node_count(node);
+        open_list(node, child, state);
         state.phase = INTERSECT;
-        if (state.cursor == state.end) {
+        if (is_empty(child, state)) {
             leave_leaf(state, hit);
         }
     } else {
         bool right_first = goes_down(ray, axis);
-        int near = right_first ? child + 1 : child;
-        int far = right_first ? child : child + 1;
+        pointer right = moved(child, 1);
+        pointer near = right_first ? right : child;
+        pointer far = right_first ? child : right;
         vec2 near_interval;
         vec2 far_interval;
         choose(ray, node, axis, near, far, state, hit, near_interval, far_interval);
@@ -75,10 +78,10 @@ void down(Ray ray, inout State state, inout Hit hit) {
 
 void intersect(Ray ray, inout State state, inout Hit hit) {
     test_triangle(ray, reference_triangle(state.cursor), hit);
-    ++state.cursor;
+    bool ends = list_ends(state);
     if (search_over(hit)) {
         state.phase = DONE;
-    } else if (state.cursor == state.end) {
+    } else if (ends) {
         leave_leaf(state, hit);
     }
 }
@@ -86,13 +89,13 @@ void intersect(Ray ray, inout State state, inout Hit hit) {
 // Go to the far sibling of a near child if the ray meets the sibling's box, else to the parent.
 void climb(Ray ray, inout State state, inout Hit hit) {
     COUNT(nodes_visited);
-    int node = state.node;
+    pointer node = state.node;
     int side = unit_bounds_side(node);
     if (side == ROOT) {
         state.phase = DONE;
     } else {
         bool right = side >= LEAF;
-        int sibling = right ? node - 1 : node + 1;
+        pointer sibling = moved(node, right ? -1 : 1);
         vec2 interval = interval_in(ray, sibling);
         interval = vec2(max(interval.x, ray.t_min), min(interval.y, ray.t_max));
         bool meets = interval.x <= interval.y && interval.x <= hit.t;

@@ -9,9 +9,9 @@ import numpy as np
 from ...accel.cache import cached
 from ...options import Option
 from ...traversal.accelerator import Accelerator
+from ...traversal.leaf_lists import last_of_leaves
 from ...traversal.method import Method
 from ...traversal.triangle_table import TRIANGLE, triangle_table
-from ..bvh.tables import last_of_leaves
 from .records import BIH_BOUNDS, BIH_NODE, BIH_STATE
 from .tree import LEAF, build_bih
 

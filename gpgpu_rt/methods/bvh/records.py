@@ -8,7 +8,7 @@ from ...gl.record import Record
 from ...rays.records import COUNTERS
 from ...traversal.records import PACKET_STATE
 
-BVH_NODE = Record("bvh_node", "lo:vec3 escape:int | hi:vec3 first:int")
+BVH_NODE = Record("bvh_node", "lo:vec3 escape:pointer | hi:vec3 first:pointer")
 """A threaded node: its box, its escape index, and a leaf's first triangle.
 
 The escape index is the node at which a ray goes on after the node's subtree; -1 ends the

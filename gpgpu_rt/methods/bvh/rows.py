@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from ...gl.record import EXACT_INTEGER
-from ...options import OFF, Option
+from ...options import OFF, TEXEL_POINTERS, Option
+from ...traversal.leaf_lists import last_of_leaves
 from ...traversal.method import (
     CULLING, ENTRY_POINTS, PACKET, PACKET_ENTRIES, TRIANGLE_TESTS, VERTEX_CULLING, Accelerator,
     Method, Part, Stepwise, check_culling, stack_defines, with_entries
@@ -24,7 +25,7 @@ from .octant_copies import OctantCopies, times_stored
 from .ray_streams import RayStreams
 from .records import BVH_NODE, BVH_PAIR, PACKET_SHARED_STATE, PACKET_STACK_STATE, SHARED_WAY_OUT
 from .refit import REBUILD_RATIO, Refitter
-from .tables import Layout, Options, Pairs, Threads, last_of_leaves, scene_box
+from .tables import Layout, Options, Pairs, Threads, scene_box
 from .tree import Bvh
 
 LayoutOf = Callable[[Options], type[Layout]]
@@ -177,8 +178,11 @@ def _stack_row(name: str, summary: str, **more: Any) -> Method:
 def _threaded_form(row: Method, options: Options) -> Method:
     """Return the row, with additional fields of the state for entry points or shared subtrees."""
     row = with_entries(BVH_ENTERING)(row, options)
-    shared = options["shared_subtrees"]
-    return replace(row, state=row.state.extended(SHARED_WAY_OUT)) if shared else row
+    if not options["shared_subtrees"]:
+        return row
+    reason = ("fp24 cannot hold the numbers by which portals refer to shared subtrees"
+              if options.get("era") in TEXEL_POINTERS else "")
+    return replace(row, state=row.state.extended(SHARED_WAY_OUT), no_era_form=reason)
 
 
 def _packet_form(packets: Method, options: Options) -> Method:

@@ -151,14 +151,6 @@ def scene_box(bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
     return (bvh.lo[0], bvh.hi[0]) if len(bvh.lo) else (np.zeros(3, np.float32),) * 2
 
 
-def last_of_leaves(first: np.ndarray, count: np.ndarray, order: np.ndarray) -> np.ndarray:
-    """Return flags of triangles in ``order``, (m,) int32: 1 for the last triangle of each leaf."""
-    last = np.zeros(len(order), np.int32)
-    leaf = count > 0
-    last[(first + count)[leaf] - 1] = 1
-    return last
-
-
 def _portal_code(nodes: np.ndarray) -> np.ndarray:
     """Convert portals' first shared nodes to BVH_NODE's field ``first``, or back."""
     return -2 - nodes

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from ...accel.cache import cached
-from ...options import Option
+from ...gl.textures import TABLE_WIDTH
+from ...options import TEXEL_POINTERS, Option
 from ...traversal.accelerator import Accelerator
 from ...traversal.method import CULLING, PACKET, Method
 from ...traversal.packets import PacketTraversal
@@ -32,16 +33,33 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any], proximity: bool)
     first = grid.cell_start[:-1] + np.cumsum(occupied) - occupied
     references = np.insert(grid.references, grid.cell_start[1:][occupied], SENTINEL)
     empty = -proximity_cloud(grid) if proximity else np.full(len(counts), -1)
-    tables = {**triangle_table(triangles),
-              GRID_CELL.name: {"first": np.where(occupied, first, empty)},
+    cells, slice_step = _slices(np.where(occupied, first, empty), grid.resolution, options)
+    tables = {**triangle_table(triangles), GRID_CELL.name: {"first": cells},
               REFERENCE.name: {"triangle": references}}
     uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi),
                 "grid_resolution": tuple(int(r) for r in grid.resolution),
-                "cell_size": tuple(grid.cell_size)}
+                "cell_size": tuple(grid.cell_size), "slice_step": slice_step}
     # A ray crosses each plane between cells at most once, and reads each list at most once.
     bound = int(grid.resolution.sum()) + len(references) + 3
     return Accelerator(tables, uniforms, bound, grid,
                        automatic={"resolution": tuple(int(r) for r in grid.resolution)})
+
+
+def _slices(first: np.ndarray, resolution: np.ndarray, options: Mapping[str, Any]
+            ) -> tuple[np.ndarray, int]:
+    """Return the field ``first`` of the table of cells, and the number of table entries of a slice
+    of cells along z.
+
+    In the era form with fp24, each slice begins in a new row of texels, because fp24 cannot hold
+    the indices of all cells.
+    """
+    cells = int(resolution[0]) * int(resolution[1])
+    if options["era"] not in TEXEL_POINTERS:
+        return first, cells
+    step = -(-cells // TABLE_WIDTH) * TABLE_WIDTH
+    padded = np.full((int(resolution[2]), step), -1)
+    padded[:, :cells] = first.reshape(-1, cells)
+    return padded.reshape(-1), step
 
 
 _GRID_OPTIONS = (

@@ -6,7 +6,7 @@ from dataclasses import replace
 from ...gl.record import Record
 from ...traversal.records import PACKET_STATE, STATE
 
-KD_NODE = Record("kd_node", "split axis:int left:int count:int")
+KD_NODE = Record("kd_node", "split axis:int left:pointer count:int")
 """A node of a kd-tree.
 
 For an inner node, `split` is the coordinate of the split plane, and `axis` is 0, 1 or 2. `left` is
@@ -14,25 +14,26 @@ the left child, and the right child directly follows it. Bit 0 of `count` is set
 is an empty leaf, and bit 1 if the right child is.
 
 For a leaf, `left` is its first reference, and `count` is its number of references. The `axis` of
-leaf number n is 3 + n."""
+leaf number n is 3 + n. With marked lists (traversal/leaf_lists.py), `count` is left out."""
 
-KD_BOUNDS = Record("kd_bounds", "lo:vec3 parent:int | hi:vec3")
+KD_BOUNDS = Record("kd_bounds", "lo:vec3 parent:pointer | hi:vec3")
 """The box and the parent of a node, for kd-backtrack and ``entry_points``.
 
 With ``entry_points``, the parent is not set, and faces on the scene's box lie at infinity."""
 
-KD_LEAF = Record("kd_leaf", "lo:vec3 rope_lo_x:int | hi:vec3 rope_hi_x:int "
-                            "| rope_lo_y:int rope_hi_y:int rope_lo_z:int rope_hi_z:int")
+KD_LEAF = Record("kd_leaf", "lo:vec3 rope_lo_x:pointer | hi:vec3 rope_hi_x:pointer | rope_lo_y:"
+                            "pointer rope_hi_y:pointer rope_lo_z:pointer rope_hi_z:pointer")
 """Data of leaf number n for kd-ropes: the leaf's box, and a rope for each face. A rope is the
 node behind the face, or -1 if there is none."""
 
-KD_STATE = Record("state", "t_min t_max t_exit node:int | cursor:int end:int phase:int steps:int")
+KD_STATE = Record("state", "t_min t_max t_exit node:pointer "
+                           "| cursor:pointer end:pointer phase:int steps:int")
 """A ray's state: its interval (`t_min`, `t_max`) in the current `node`, and `t_exit`, where the
 ray leaves the tree.
 
 In a leaf, the references from `cursor` to `end` are still to be tested."""
 
-KD_PUSH_DOWN_STATE = KD_STATE.extended("pushed:int pushing:int")
+KD_PUSH_DOWN_STATE = KD_STATE.extended("pushed:pointer pushing:int")
 """KD_STATE, and `pushed`, the node to restart at. `pushing` is 1 while `pushed` may still move
 down the tree."""
 
@@ -52,7 +53,7 @@ with a hit, this state fills the four render targets of a card.
 the end of the leaf's list. In a free stack entry, ``stack_node`` is 0. While ``pushed`` may still
 move down the tree, the stack is empty, and ``stack_node`` of its first entry is -1."""
 
-KD_TEXTURE_STACK_STATE = KD_STATE.extended("far_t_max far:int stacked:int")
+KD_TEXTURE_STACK_STATE = KD_STATE.extended("far_t_max far:pointer stacked:int")
 """KD_STATE, the far child to push (`far`), the end of the ray's interval in this child
 (`far_t_max`), and the number of stack entries (`stacked`)."""
 

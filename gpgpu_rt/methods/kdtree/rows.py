@@ -10,9 +10,10 @@ import numpy as np
 from ...gl.record import Record
 from ...options import Option
 from ...traversal.era_packet_form import EraPackets
+from ...traversal.leaf_lists import LEAF_LIST, is_marked, leaf_records, leaf_tables
 from ...traversal.method import (
     CULLING, ENTRY_POINTS, PACKET, SCHEDULES, TRIANGLE_TESTS, VERTEX_CULLING, Accelerator, Method,
-    Part, Stepwise, check_culling, stack_defines, with_entries
+    Part, Stepwise, Tables, check_culling, stack_defines, with_entries
 )
 from ...traversal.packet_steps import PacketSteps
 from ...traversal.packets import PacketTraversal
@@ -29,7 +30,7 @@ from .ropes import build_ropes
 from .tree import LEAF as KD_LEAF_AXIS
 
 _OPEN = np.float32(3e38)
-_TABLES = (TRIANGLE, KD_NODE, REFERENCE)
+_TABLES = (TRIANGLE, KD_NODE, REFERENCE)    # of packets
 
 _NOT_EXACT = ("strict", "nudge-relative", "nudge-absolute")
 _OPTIONS = (*BUILD_OPTIONS, Option(
@@ -43,6 +44,7 @@ _SKIP_EMPTY_LEAVES = Option("skip_empty_leaves", True, "skip leaves without tria
                             "inner node marks which of its children are empty leaves", bool,
                             define="SKIP_EMPTY_LEAVES")
 _PARTS = (
+    LEAF_LIST,
     Part("entries", "entry_points", "methods/kdtree/kd_root.glsl",
          {True: "methods/kdtree/kd_entries.glsl"}),
     Part("interval", "interval", "methods/kdtree/interval_exact.glsl", {
@@ -76,10 +78,10 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     empty = np.append(leaf & (tree.count == 0), False)
     child = np.where(leaf, 0, tree.left)
     count = np.where(leaf, tree.count, empty[child] + 2 * empty[child + 1])
+    fields = {"split": tree.split, "left": tree.left, "count": count,
+              "axis": np.where(leaf, 3 + np.cumsum(leaf) - 1, tree.axis)}
     tables = {**triangle_table(triangles),
-              KD_NODE.name: {"split": tree.split, "left": tree.left, "count": count,
-                             "axis": np.where(leaf, 3 + np.cumsum(leaf) - 1, tree.axis)},
-              REFERENCE.name: {"triangle": tree.references}}
+              **leaf_tables(KD_NODE, fields, "left", leaf, tree.references, options)}
     uniforms = {"scene_lo": tuple(tree.lo), "scene_hi": tuple(tree.hi)}
     # A ray enters each leaf at most once. Between two leaves, it climbs at most to the root.
     bound = int(leaf.sum()) * (2 * tree.depth + 3) + len(tree.references)
@@ -201,6 +203,10 @@ def _packet_row(name: str, summary: str, citation: str, single: str,
         packet=True, single=single, **more)
 
 
+def _tree_tables(options: Mapping[str, Any]) -> Tables:
+    return TRIANGLE, *leaf_records(KD_NODE, options)
+
+
 def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
          state: Record = KD_STATE, tables: tuple[Record, ...] = (),
          options: tuple[Option, ...] = (),
@@ -211,13 +217,15 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
         glsl=f"methods/kdtree/{name.replace('-', '_')}.glsl",
         kernels=("down", "intersect", *kernels),
         state=state, tables=(*_TABLES, *tables), prepare=prepare,
-        options=(*_OPTIONS, *options), parts=_PARTS, **more)
+        options=(*_OPTIONS, *options), parts=_PARTS, **{
+            "choose_tables": lambda options: (*_tree_tables(options), *tables), **more})
 
 
 def _short_stack(row: Method, options: Mapping[str, Any]) -> Method:
     """Return the row of kd-short-stack for these options. For a stack of at most three entries,
-    the era form (docs/era.md) has a smaller state, which fits into a card's render targets."""
-    if options.get("era") and options["stack_size"] <= 3:
+    the era form (docs/era.md) with fp32 has a smaller state, which fits into a card's render
+    targets."""
+    if options.get("era") and not is_marked(options) and options["stack_size"] <= 3:
         return replace(row, state=KD_SHORT_STACK_ERA_STATE,
                        glsl="methods/kdtree/kd_short_stack_era.glsl")
     return with_entries(KD_ENTERING)(row, options)
@@ -229,8 +237,8 @@ def _entering_row(name: str, summary: str, citation: str, state: Record = KD_STA
     """Return the row of a method whose rays may begin at the nodes of an entry list."""
     return _row(name, summary, citation, state=state, options=(*options, ENTRY_POINTS),
                 prepare=_with_boxes(prepare), entry_walk="methods/kdtree/entry_kd.glsl",
-                choose_tables=lambda options: (
-                    (*_TABLES, KD_BOUNDS) if options["entry_points"] else _TABLES),
+                choose_tables=lambda options: (*_tree_tables(options), *(
+                    (KD_BOUNDS,) if options.get("entry_points") else ())),
                 **{"form": with_entries(KD_ENTERING), **more})
 
 

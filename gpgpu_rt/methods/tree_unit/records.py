@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from ...gl.record import Record
 
-UNIT_NODE = Record("unit_node", "child:int count:int axis:int split")
+UNIT_NODE = Record("unit_node", "child:pointer count:int axis:int split")
 """A node of a kd-tree or of a BVH.
 
 For an inner node, ``child`` is the left child, and the right child directly follows it. ``axis``
@@ -11,14 +11,15 @@ is 0, 1 or 2; the left child is the lower child along this axis. ``split`` is th
 kd-tree's split plane, and 0 in a BVH.
 
 For a leaf, ``axis`` is 3, ``child`` is the first reference, and ``count`` is the number of
-references."""
+references. With marked lists (traversal/leaf_lists.py), ``count`` is left out."""
 
-UNIT_BOUNDS = Record("unit_bounds", "lo:vec3 parent:int | hi:vec3 side:int")
+UNIT_BOUNDS = Record("unit_bounds", "lo:vec3 parent:pointer | hi:vec3 side:int")
 """A node's box, its parent, and its side.
 
 ``side`` is the parent's axis for a left child, the parent's axis + 3 for a right child, and 6 for
 the root."""
 
-UNIT_STATE = Record("state", "t_min t_max node:int cursor:int | end:int phase:int steps:int")
+UNIT_STATE = Record("state", "t_min t_max node:pointer cursor:pointer "
+                             "| end:pointer phase:int steps:int")
 """A ray's state: the current ``node``, the ray's interval in the node (``t_min``, ``t_max``), and
 the range from ``cursor`` to ``end`` of a leaf's references that remain to be tested."""

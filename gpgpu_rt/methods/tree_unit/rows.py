@@ -11,6 +11,7 @@ import numpy as np
 
 from ...options import Option
 from ...traversal.accelerator import Accelerator
+from ...traversal.leaf_lists import LEAF_LIST, leaf_records, leaf_tables
 from ...traversal.method import Method, Part
 from ...traversal.triangle_table import REFERENCE, TRIANGLE, box_uniforms, triangle_table
 from ..bvh.build import node_limit
@@ -19,7 +20,7 @@ from ..bvh.builders import built_bvh
 from ..kdtree.builders import BUILD_OPTIONS as KD_BUILD
 from ..kdtree.builders import built_kdtree
 from .records import UNIT_BOUNDS, UNIT_NODE, UNIT_STATE
-from .tree import ROOT, UnitTree, from_bvh, from_kdtree
+from .tree import LEAF, ROOT, UnitTree, from_bvh, from_kdtree
 
 INTERVAL, BOX = "interval", "box"
 
@@ -42,11 +43,11 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     tree, uniforms = _tree(triangles, options["criterion"])
     tables = {
         **triangle_table(triangles),
-        UNIT_NODE.name: {"child": tree.child, "count": tree.count, "axis": tree.axis,
-                         "split": tree.split},
+        **leaf_tables(UNIT_NODE, {"child": tree.child, "count": tree.count, "axis": tree.axis,
+                                  "split": tree.split},
+                      "child", tree.axis == LEAF, tree.references, options),
         UNIT_BOUNDS.name: {"lo": tree.lo, "hi": tree.hi, "parent": tree.parents(),
-                           "side": tree.sides()},
-        REFERENCE.name: {"triangle": tree.references}}
+                           "side": tree.sides()}}
     # A ray enters each node and climbs from each node at most once.
     return Accelerator(tables, uniforms, 2 * len(tree.axis) + len(tree.references), tree,
                        boxes=tree.boxes)
@@ -62,12 +63,13 @@ ROWS = (Method(
     kernels=("down", "intersect", "climb"),
     state=UNIT_STATE,
     tables=(TRIANGLE, UNIT_NODE, UNIT_BOUNDS, REFERENCE),
+    choose_tables=lambda options: (TRIANGLE, *leaf_records(UNIT_NODE, options), UNIT_BOUNDS),
     prepare=_prepare,
     options=(Option(
         "criterion", INTERVAL, "choice of a node's children: interval cuts the ray's interval at "
         "the split plane of a kd-tree, box tests the children's boxes of a BVH",
         choices=(INTERVAL, BOX), label="choose children by"),),
-    parts=(Part("criterion", "criterion", "methods/tree_unit/interval.glsl",
-                {BOX: "methods/tree_unit/box.glsl"}),),
+    parts=(LEAF_LIST, Part("criterion", "criterion", "methods/tree_unit/interval.glsl",
+                           {BOX: "methods/tree_unit/box.glsl"})),
     fixed_defines={"ROOT": ROOT},
 ),)

@@ -1,0 +1,23 @@
+// The list of a leaf's references: `end` follows the last reference.
+//
+// A method defines LIST_LENGTH, the number of references of a leaf.
+
+void no_list(inout State state) {
+    state.cursor = 0;
+    state.end = 0;
+}
+
+void open_list(int i, int first, inout State state) {
+    state.cursor = first;
+    state.end = first + LIST_LENGTH(i);
+}
+
+bool is_empty(int first, State state) {
+    return first == state.end;
+}
+
+// Go on to the next reference. Return whether the list has ended.
+bool list_ends(inout State state) {
+    ++state.cursor;
+    return state.cursor == state.end;
+}
