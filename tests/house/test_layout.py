@@ -79,7 +79,7 @@ def test_glsl_reads_what_python_packed(record: Record, storage: str, tmp_path) -
         probe.write_text(
             '#version 330 core\n#include "core/fetch.glsl"\n#include <tables>\n'
             "out vec4 value;\nvoid main() {\n"
-            f"    {field.type} read = {record.name}_{field.name}(int(gl_FragCoord.x));\n"
+            f"    {field.glsl_type} read = {record.name}_{field.name}(int(gl_FragCoord.x));\n"
             "    value = vec4(" + ", ".join(["vec3(read)" if field.width == 3 else "read"]
                                             + ["0.0"] * (4 - field.width)) + ");\n}\n")
         reader = FullScreenPass(gpu, str(probe), {"TABLE_WIDTH_LOG2": 12},
