@@ -179,8 +179,7 @@ class KnownRays:
         categories["leak"] |= past
         categories["wrong distance"] = verdict.category == WRONG_DISTANCE
         categories[WITHIN_BOUND] = excused & ~past
-        # An excused answer differs from the truth within the error bounds. Compare its t with the
-        # exact t of its own triangle.
+        # Compare the t of an excused answer with the exact t of its own triangle.
         own = np.flatnonzero(excused & ~past & hits.hit)
         exact = truth.t.copy()
         exact[own] = self._pairs(own, hits.triangle[own]).t

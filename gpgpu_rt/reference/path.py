@@ -386,5 +386,4 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> Any:
-    """Return (n,) dot products of (n, 3) vectors."""
     return np.einsum("nx,nx->n", a, b)

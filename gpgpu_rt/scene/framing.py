@@ -131,7 +131,7 @@ def inside(triangles: np.ndarray, outside: Camera) -> Camera | None:
 
 
 def _hides(triangles: np.ndarray, large: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> bool:
-    """Return whether more than a quarter of the sampled triangles is hidden from all six sides."""
+    """Return whether a mesh meets the second condition of `inside`, by a sample of triangles."""
     sample = np.linspace(0, len(triangles) - 1, min(len(triangles), _SAMPLE)).astype(np.int64)
     middle = triangles[sample].mean(axis=1, dtype=np.float64)
     hidden = np.ones(len(sample), bool)

@@ -47,7 +47,7 @@ class Parametrisation:
 
     def distances(self) -> np.ndarray:
         """Return the distance of each vertex, (v,) float64, world units, from the image's point at
-        the vertex's row and column. The image's surface may have nearer points."""
+        the vertex's row and column. Other points of the image may be nearer."""
         cell = np.clip(np.floor(self.flat), 0, len(self.image) - 2).astype(np.int64)
         down, right = (self.flat - cell).T[:, :, None]
         row, column = cell.T
