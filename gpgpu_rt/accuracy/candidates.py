@@ -11,13 +11,13 @@ from typing import Any
 from ..methods import find_method
 from ..options import TRACER_OPTIONS, Option
 
-# These knobs change the hits. So do options with `relaxed` values, which may lose hits. Other
-# knobs change only time and memory: on the software renderer, the hits stay the same to the bit.
+# These knobs change the hits, as do options with `relaxed` values, with which a search may lose
+# hits. Other knobs change only time and memory: the software renderer returns identical hits.
 _ACCURACY = ("precision", "storage", "rounding", "intersection", "interval")
-# `_is_knob` excludes these options. Statistics and the context do not change a trace. The knob
-# precision also sets storage and arithmetic. `speed_knobs` adds the schedules. The build device
-# does not change the tree. The era form (docs/era.md) is slower. Rasterised bounds apply to
-# pictures only, but candidates are measured on ray arrays.
+# `_is_knob` excludes these options. Statistics, the context and the build device do not change a
+# trace. `speed_knobs` adds the schedules, and `accuracy_knobs` storage. Lower arithmetic alone
+# saves nothing. The era form (docs/era.md) is slower. Rasterised bounds apply to pictures only,
+# but candidates are measured on ray arrays.
 _NO_KNOBS = ("era", "statistics", "context", "storage", "arithmetic", "schedule",
              "build_device", "rasterised_bounds")
 _STEPS = (16, 64)       # values of the option steps_per_pass to try
@@ -85,7 +85,7 @@ def accuracy_knobs(method: str) -> list[list[dict[str, Any]]]:
     """Return, for each knob that changes the hits, the changes to try.
 
     Precision, storage and rounding are a single knob, because only a format below fp32 has a
-    choice of rounding. Arithmetic is no knob: lower arithmetic alone saves nothing.
+    choice of rounding.
     """
     table = option_table(method)
     ways: list[dict[str, Any]] = [{}]
@@ -116,9 +116,8 @@ def _own_schedule(method: str) -> str:
 
 
 def _is_knob(option: Option) -> bool:
-    """Return whether an option is a knob: it has choices or is a switch, and _NO_KNOBS does not
-    name it. An option that excludes others is no knob, because it selects another way of tracing.
-    """
+    """Return whether an option is a knob: it has choices or is a switch, _NO_KNOBS does not name
+    it, and it does not require other options to have their defaults (``excludes``)."""
     return (option.name not in _NO_KNOBS and not option.excludes
             and (option.choices is not None or option.kind is bool))
 

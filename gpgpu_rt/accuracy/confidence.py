@@ -1,4 +1,5 @@
-"""Confidence bounds on a share of faults, from k faults in n rays (Clopper and Pearson, 1934)."""
+"""Confidence bounds on the share of faults (wrong answers), from the number of faults in n rays
+(Clopper and Pearson, 1934)."""
 from __future__ import annotations
 
 import math
@@ -17,7 +18,7 @@ def lower_confidence(faults: int, rays: int, confidence: float = LEVEL) -> float
     """
     if faults < 1:
         return 0.0
-    k = np.arange(faults)           # the probabilities of fewer faults are summed
+    k = np.arange(faults)           # sum the probabilities of fewer faults
     choices = np.concatenate(([0.0], np.cumsum(np.log((rays - k[1:] + 1) / k[1:]))))
     low, high = 0.0, faults / rays
     for _ in range(60):

@@ -27,8 +27,8 @@ class Promise:
     ----------
     max_wrong : Limit for the share of rays with a wrong hit or miss. The upper 95 % confidence
         bound of the measured share must keep this limit.
-    max_t_error : Limit for the ``t_quantile`` quantile of the relative error of t over the right
-        hits. The upper 95 % confidence bound of this quantile must keep the limit.
+    max_t_error : Limit for the relative error of t. With 95 % confidence, at least a share
+        ``t_quantile`` of the hits with a right triangle keeps this limit.
     max_bytes : Bound on texture bytes with 2^18 rays in flight, as in a 512 x 512 picture; None
         for no bound.
     """
@@ -65,14 +65,13 @@ class Promise:
         return max(rays_needed(self.max_wrong), math.ceil(for_t))
 
     def split(self) -> dict[str, tuple[Promise, str | None]]:
-        """Return the searches of `tune`: name -> (bounds, kind of rays for timing; None for all
-        kinds).
+        """Return the searches of `tune` by name: the bounds, and the kind of rays to time, or None
+        for all kinds.
 
-        If ``kinds`` contains eye rays and random rays, the result has two entries: ``COHERENT``,
-        timed on eye rays, and ``INCOHERENT``, timed on random rays. Both entries include rays
-        aimed at vertices and edges. Otherwise the result has a single entry ``ALL``, timed on all
-        kinds. A bound on bytes also gives the single entry, because two methods would hold two
-        structures in memory.
+        If ``kinds`` contains eye rays and random rays, there are two searches: ``COHERENT``, timed
+        on eye rays, and ``INCOHERENT``, timed on random rays. Both include rays aimed at vertices
+        and edges. Otherwise a single search ``ALL`` is timed on all kinds. A bound on bytes also
+        gives a single search, because two methods would hold two structures in memory.
         """
         if self.max_bytes is not None or not set(OWN_KIND.values()) <= set(self.kinds):
             return {ALL: (self, None)}
@@ -110,8 +109,8 @@ class Finding:
 
     def misses(self, promise: Promise, texture_bytes: int) -> dict[str, float]:
         """Return, for each bound that is not kept, the value divided by the bound."""
-        # With too few rays, the upper confidence bound of the error is infinite. Then report the
-        # lower confidence bound, if this bound also exceeds the promised bound.
+        # With too few rays, t_error is infinite. Report the finite t_lower instead if it also
+        # exceeds the limit.
         t_error = self.t_error
         if math.isinf(t_error) and self.t_lower > promise.max_t_error:
             t_error = self.t_lower
@@ -129,12 +128,13 @@ class Finding:
 
 
 def _ranks(count: int, share: float) -> tuple[int, int]:
-    """Return the ranks of the two errors that bound a quantile, from above and from below.
+    """Return the ranks of two errors: an upper and a lower bound of a quantile, each with 95 %
+    confidence.
 
-    A rank is a position in the measured errors, sorted in descending order. Both results have 95 %
-    confidence. ``above`` is the largest rank whose error at most ``share`` of all possible rays
-    exceed; -1 if there is none. ``below`` is the smallest rank whose error at least ``share`` of
-    all possible rays reach or exceed; ``count`` if there is none.
+    A rank is a position in the measured errors, sorted in descending order. At most ``share`` of
+    all possible rays have a larger error than the error at ``above``, the largest such rank; -1
+    if there is none. At least ``share`` of all possible rays have the error at ``below`` or a
+    larger error. ``below`` is the smallest such rank; ``count`` if there is none.
     """
     end = min(count, 100 + int(3 * share * count))     # both ranks are near share * count
     above, high = -1, end

@@ -32,8 +32,8 @@ class Judgement:
     Attributes
     ----------
     category : (n,) uint8, an index into CATEGORIES
-    within_bound : (n,) bool, whether the answer is right but differs from the reference: in the
-        triangle, or because only one of the two is a miss
+    within_bound : (n,) bool, whether the answer is right but names another triangle than the
+        reference. A miss counts as a triangle
     t_ulps : (n,) float64, |t - exact t| on the answer's own triangle, in units in the last place
         (ulp) of the exact t as a float32; NaN for misses and false hits
     t_bounds : (n,) float64, |t - exact t| divided by the error bound of t (`error_bounds`)
@@ -129,8 +129,8 @@ def judge(scene_or_triangles: Any, origins: np.ndarray, directions: np.ndarray, 
 def leaks(reference_hits: Hits, hits: Hits) -> np.ndarray:
     """Return whether each ray misses although the reference hits, (n,) bool.
 
-    None of the triangles at an edge or a vertex is certainly hit, so `judge` accepts a miss of a
-    ray aimed there. But even such a ray must not escape from the inside of a closed mesh.
+    `judge` accepts a miss of a ray aimed at an edge or a vertex. But even such a ray must not
+    escape from the inside of a closed mesh.
     """
     return reference_hits.hit & ~hits.hit
 
@@ -196,8 +196,7 @@ class _PairTests:
             verdict.t_bounds[part] = error / pair.t_bound
             verdict.barycentric_error[part] = np.maximum(np.abs(hits.u[part] - pair.u),
                                                          np.abs(hits.v[part] - pair.v))
-        # An answer that contains a NaN has an infinite error; a NaN in the arrays means an unknown
-        # error.
+        # A NaN in an answer is an infinite error. In the error arrays, NaN means unknown.
         for errors in (verdict.t_ulps, verdict.t_bounds, verdict.barycentric_error):
             errors[answered[np.isnan(errors[answered])]] = np.inf
 

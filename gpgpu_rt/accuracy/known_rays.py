@@ -25,10 +25,10 @@ WRONG = ("leak", "false hit", "wrong triangle", "unfinished")
 WITHIN_BOUND = "within bound"
 FLIGHT = 1 << 18          # largest number of rays per call, as in a 512 x 512 picture
 UNIT_ROUNDOFF = 2.0 ** -24
-# The numbers of rays in a ring that `KnownRays._through_the_surface` traces around a ray that may
-# have leaked. A small ring may overlook a gap in the surface between two ring rays, and then
-# reports a false leak. So larger rings test the suspected rays again, if at most FEW rays are
-# suspected. Among more suspected rays, a few false leaks do not matter.
+# `KnownRays._through_the_surface` traces a ring of rays around each ray that may have leaked.
+# RINGS are the numbers of rays in a ring. The surface may have a gap between two rays of a small
+# ring, which then reports a false leak. So larger rings test suspected rays again, if at most FEW
+# rays are suspected. Among more suspected rays, a few false leaks do not matter.
 RINGS = (8, 32, 256)
 FEW = 200
 
@@ -179,8 +179,7 @@ class KnownRays:
         categories["leak"] |= past
         categories["wrong distance"] = verdict.category == WRONG_DISTANCE
         categories[WITHIN_BOUND] = excused & ~past
-        # An excused answer differs from the truth within the error bounds. Compare its t with the
-        # exact t of its own triangle.
+        # Compare the t of an excused answer with the exact t of its own triangle.
         own = np.flatnonzero(excused & ~past & hits.hit)
         exact = truth.t.copy()
         exact[own] = self._pairs(own, hits.triangle[own]).t
@@ -215,8 +214,8 @@ class KnownRays:
         The ring must be wider than the rounding errors of float32. The watertight test shears the
         vertices; a sheared coordinate is the difference of two terms. The shear's slopes are at
         most 1, so each term is at most M, the largest |vertex - origin|. A term has at most 5
-        roundings. The edge functions add 3 roundings. So the error across the ray is below 16 u M,
-        where u is the unit roundoff. The radius of the ring is twice this bound.
+        roundings, and the edge functions add 3. So the error across the ray is below 2 (5 + 3) u
+        M, where u is the unit roundoff. The radius of the ring is twice this bound.
         """
         past = np.zeros(len(hits), bool)
         left = np.flatnonzero(self.truth.hit & (hits.triangle != self.truth.triangle)
@@ -229,7 +228,7 @@ class KnownRays:
         nearest = hits.t[left] - 64 * UNIT_ROUNDOFF * reach / length
         with np.errstate(divide="ignore"):
             width = 32 * UNIT_ROUNDOFF * reach / (self.truth.t[left] * length)
-        # A ring proves nothing where the origin nearly touches the surface.
+        # Where the origin nearly touches the surface, the ring is too wide to prove a leak.
         usable = (self.truth.t[left] < nearest) & (width < 1e-2)
         left, nearest, width = left[usable], nearest[usable], width[usable]
         for ring in RINGS:

@@ -1,7 +1,7 @@
 """Tune: find the fastest method, schedule, precision and options within error bounds on a scene.
 
-A candidate is a method with values for its knobs, the options that the search may change. The
-search has four stages:
+Knobs are the options that the search may change. A candidate is a method with values for its
+knobs. The search has four stages:
 
 1. Time every method with its default options on a few rays. Methods that are far slower than the
    fastest method are tried last.
@@ -13,13 +13,14 @@ search has four stages:
 4. Test the candidates in order of speed, each on at least as many rays as the proof needs. Confirm
    the winner on as many new rays, because the rays that selected a candidate favour it.
 
-By default the search runs twice: for coherent rays, timed on eye rays, and for incoherent rays,
-timed on random rays. A tracer picks one of the two results according to its rays. The search runs
-once if the promise (the user's bounds) limits the bytes, or lacks eye rays or random rays. Two
-assumptions let the search skip most combinations. First, if a candidate is
-faster than another at default accuracy, it is faster at every accuracy. Second, if a value of an
-option exceeds the bounds while all other accuracy options have their defaults, every combination
-with this value exceeds the bounds.
+`Promise.split` decides whether the search runs once, or twice: for coherent rays, timed on eye
+rays, and for incoherent rays, timed on random rays. A tracer picks one of the two results
+according to its rays.
+
+Two assumptions let the search skip most combinations. First, if a candidate is faster than another
+at default accuracy, it is faster at every accuracy. Second, if a value of an option exceeds the
+bounds while all other accuracy options have their defaults, every combination with this value
+exceeds the bounds.
 """
 from __future__ import annotations
 
@@ -66,8 +67,9 @@ def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
     rays : Number of rays for the proof, and of new rays for the confirmation. The number is raised
         if it is too small for the proof.
     seed : Seed of all rays.
-    budget : Seconds for all searches together, half of them for speed options. When all are spent,
-        the tuner tries no new candidate and proves the fastest known candidates.
+    budget : Seconds for all searches together; each search spends at most half of its time on
+        speed options. When the time is over, the tuner tries no new candidate and proves the
+        fastest known candidates.
     names : Methods to try; None for all methods.
     report : Function that is called with each line about progress.
     """
@@ -91,8 +93,8 @@ def tune(scene: Scene, promise: Promise, rays: int | None = None, seed: int = 0,
 def keeps(found: Choice, scene: Scene, seed: int) -> bool:
     """Return whether a choice keeps its error bounds on new rays, which ``seed`` determines.
 
-    As many rays are traced as in the proof. The bounds apply to the measured shares of wrong hits
-    and of large errors, not to their confidence bounds.
+    As many rays are traced as in the proof. The measured shares of wrong hits and of large errors
+    must keep the bounds; confidence is not considered.
     """
     asked, measured = found.promise, found.measured
     known = KnownRays(scene, measured["rays"], seed, asked["kinds"])
@@ -205,8 +207,8 @@ class _Searcher:
     def _hopeful(self, config: Candidate) -> list[dict[str, Any]]:
         """Return the combinations of accuracy options that may keep the bounds.
 
-        A combination is dropped if its errors on some thousand rays already exceed the bounds, or
-        if one of its values alone does so.
+        A combination is dropped if its errors on some thousand rays, or the errors of one of its
+        values alone, already exceed the bounds.
         """
         combinations: list[dict[str, Any]] = [{}] if self._screen(config) else []
         survivors = []
@@ -222,9 +224,9 @@ class _Searcher:
         return combinations
 
     def _relaxed(self, config: Candidate, change: dict[str, Any]) -> Candidate:
-        """Return the candidate with changed accuracy options, and with a step cap unless only the
-        intersection test changes. Low precision can send a ray around an endless loop. The default
-        cap, as large as the structure, would end this loop late.
+        """Return the candidate with changed accuracy options. Unless only the intersection test
+        changes, add a step cap: low precision can send a ray around an endless loop, which the
+        default cap, a bound on any search of the structure, would end late.
         """
         if set(change) <= {"intersection"}:
             return config.changed(**change)

@@ -46,8 +46,8 @@ class Trial:
         return other.rates[max(common)] / self.rates[max(common)] if common else None
 
     def compare(self, chosen: Trial) -> None:
-        """Set the outcome of this trial, which was not reached, to "slower". If this trial was
-        faster than the chosen trial, keep the outcome, and only note the ratio of the rates."""
+        """Set the outcome "slower", or, if this trial was faster than ``chosen``, only note the
+        ratio of the rates. The outcome must be "not reached"."""
         slower = self.times_slower(chosen)
         if slower is not None and slower < 1:
             self.note = self.note or f"{1 / slower:.2f} times faster where both were timed"

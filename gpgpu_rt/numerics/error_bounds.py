@@ -9,9 +9,9 @@ zero. A product of n factors ``1 + r`` is within ``gamma(n) = n u / (1 - n u)`` 
 assumed to be correctly rounded. Contraction to fused multiply-adds only removes roundings. The
 factor ``_ROUND_UP`` covers the errors of the bounds themselves, which are evaluated in float64.
 
-Each step uses the steps before. A capital letter denotes a computed value, the lower case letter
-its exact value. The exact inputs are the ray's origin O and direction d, and a vertex V. Axes are
-permuted so that the direction is largest in z:
+A capital letter denotes a computed value, the lower case letter its exact value. The exact inputs
+are the ray's origin O and direction d, and a vertex V. Axes are permuted so that the direction is
+largest in z:
 
 1. The host scales the direction by a power of two so that ``|d.z|`` is in [0.5, 1): exact.
 2. ``A = V - O``: ``|A - a| <= u |a| + 3 tiny`` (two inputs and a result may be flushed).
@@ -19,11 +19,11 @@ permuted so that the direction is largest in z:
 4. The sheared vertex ``P = A.x - S A.z``. The product ``S A.z`` contains the roundings of S and
    A.z and its own rounding, and the subtraction adds a fourth rounding:
    ``|P - p| <= (1 + u) (u |a.x| + gamma(3) |s a.z| + 8 tiny (1 + |a.z|)) + u |p| + tiny``.
-5. An edge function ``W = P.x Q.y - P.y Q.x`` of two sheared vertices P and Q with errors e and f.
-   The errors of P.x and Q.y change the first product by at most ``e.x |q.y| + |p.x| f.y + e.x
-   f.y``. The second product changes similarly, and ``spread`` is the sum of both changes. The two
-   products and the subtraction are rounded: ``|W - w| <= (1 + u) ((1 + u) spread + u (|p.x q.y| +
-   |p.y q.x|) + 2 tiny) + u |w| + tiny``.
+5. The edge function ``W = P.x Q.y - P.y Q.x``. The sheared vertices P and Q have errors e and f,
+   which change the first product by at most ``e.x |q.y| + |p.x| f.y + e.x f.y``. The second
+   product changes similarly, and ``spread`` is the sum of both changes. The two products and the
+   subtraction are rounded: ``|W - w| <= (1 + u) ((1 + u) spread + u (|p.x q.y| + |p.y q.x|) + 2
+   tiny) + u |w| + tiny``.
 6. ``DET = W0 + W1 + W2``: its error is at most ``(1 + u)^2`` times the sum of the three errors,
    plus ``gamma(2) sum |w|``.
 7. The distance t of the plane. The test uses two edges E and F that meet in a vertex V, and
@@ -37,10 +37,10 @@ permuted so that the direction is largest in z:
    |a_i N_i|) / |D|``. The test uses the two shorter edges. Where rounding may decide which edge
    is the longest, the largest bound of the possible choices is used. Underflow adds the terms with
    ``tiny`` in `_plane_bound`.
-8. A second bound on t. The test clamps T to the range of the corners' distances ``Z_i / d.z``,
-   which have the error gamma(3). So the error of T is at most the distance from t to the farther
-   end of the range, plus this rounding. The smaller bound of steps 7 and 8 is used. If t lies
-   outside the exact range, the end of the range next to t replaces t: T is closer to this end.
+8. A second bound on t. The test clamps T to the range of the corners' distances ``Z_i / d.z``.
+   These distances have the error gamma(3). So the error of T is at most the distance from t to the
+   farther end of the range, plus this rounding. The smaller bound of steps 7 and 8 is used. If the
+   exact t lies outside the exact range, both bounds refer to the nearer end of the range instead.
 9. ``U = W1 / DET``. Here u is the exact coordinate, and ``W1 - u DET = (W1 - w1) - u (DET -
    det)``. The roundings of DET's inverse and of the product add gamma(3).
 
@@ -95,8 +95,8 @@ class PairBounds:
     t_bound, u_bound, v_bound : (k,) float64, bounds on the error of the test's t, u and v where
         the test accepts; t_bound is inf where an overflow is possible
     inside : (k,) bool, whether the ray certainly meets the triangle, so that the test must accept
-    possible : (k,) bool, whether the test may accept, whatever the interval of t. If false, the
-        ray certainly misses the triangle, and the test must reject
+    possible : (k,) bool, whether the test may accept; the interval of t is not considered. If
+        false, the ray certainly misses the triangle, and the test must reject
     """
 
     t: np.ndarray
@@ -209,8 +209,8 @@ def _edges(p: np.ndarray, e: np.ndarray, q: np.ndarray, f: np.ndarray, arithmeti
            ) -> tuple[np.ndarray, np.ndarray]:
     """Do step 5 for vertices p and q (3, 2, k) with errors e and f: return w and bounds, (3, k).
 
-    The product e f of the errors counts three times, because the computed |p| and |q| may be too
-    small by e and f.
+    The computed |p| and |q| may be too small by e and f. This adds two products e f to the product
+    e f of step 5.
     """
     unit, tiny = arithmetic.unit, arithmetic.tiny
     one, two = p[:, 0] * q[:, 1], p[:, 1] * q[:, 0]
@@ -250,7 +250,8 @@ def _weight(i: int, w: np.ndarray, w_bound: np.ndarray, w_most: np.ndarray, det:
             det_least: np.ndarray, arithmetic: Arithmetic) -> tuple[np.ndarray, np.ndarray]:
     """Do step 9: return a barycentric coordinate, (k,), and its error bound.
 
-    An accepted coordinate lies in [0, 1], so its error is at most the distance to the farther end.
+    An accepted coordinate lies in [0, 1], so its error is at most the distance of the exact
+    coordinate from the farther end.
     """
     unit, tiny = arithmetic.unit, arithmetic.tiny
     weight = w[i] / det

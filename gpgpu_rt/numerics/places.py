@@ -2,11 +2,14 @@
 hits.
 
 Two hits of a ray belong to the same place if their t are equal within the float32 error bounds of
-``error_bounds.py``. There are three exceptions. Hits at equal t belong to two places if float64
-proves that the ray hits both triangles at different t. They also belong to two places if float64
-disproves one hit, but the surface of the proved hits does not continue into that triangle: the ray
-then passes through another part of the mesh beside the triangle. Hits at different t belong to the
-same place if float64 disproves one hit, and the surface continues from one triangle to the other.
+``error_bounds.py``. There are three exceptions:
+
+- Hits at equal t belong to two places if float64 proves both hits, and that their t differ.
+- Hits at equal t also belong to two places if float64 disproves one hit, and the surface does not
+  continue from the other triangle into the missed triangle. The ray then passes beside the missed
+  triangle, which belongs to another part of the mesh.
+- Hits at different t belong to the same place if float64 disproves one hit, and the surface
+  continues from one triangle to the other.
 """
 from __future__ import annotations
 
@@ -29,7 +32,7 @@ def first_hits_of_places(ray: np.ndarray, t: np.ndarray, corners: np.ndarray,
     """
     t = t.astype(np.float64)
     lo, hi = _ends(corners, origins, directions)
-    # The error of t is at most the triangle's extent along the ray, plus the rounding of the ends.
+    # The error of t is at most the triangle's extent along the ray, plus rounding.
     far = np.maximum(np.abs(lo), np.abs(hi))
     begins = _begins(ray, t, hi - lo + 4 * gamma(4) * far + 64 * FLOAT32.tiny)
     # A hit whose t differs from all others by more than this cheap bound is a place of its own.
@@ -44,8 +47,8 @@ def first_hits_of_places(ray: np.ndarray, t: np.ndarray, corners: np.ndarray,
     reach = np.where(np.isfinite(blurred.t_bound), blurred.t_bound, 0)
     exact = np.clip(np.where(np.isfinite(blurred.t), blurred.t, t), t - reach, t + reach)
     new = _begins(np.cumsum(begins)[rows], t, reach)
-    # Beside the edge of a long thin triangle, float32 may find a hit on both triangles at the
-    # edge. The ray crosses only one of the two triangles, and float64 disproves the other hit.
+    # Near the edge of a long thin triangle, float32 may report hits on both triangles of the edge,
+    # although the ray crosses only one of them. Float64 disproves the other hit.
     shared, beyond = _neighbours(corners[rows[1:]], corners[rows[:-1]], directions[rows[1:]])
     new[1:] &= ~((np.diff(ray[rows]) == 0) & (sharp.possible[1:] != sharp.possible[:-1])
                  & (shared == 2) & beyond)
@@ -98,9 +101,9 @@ def _neighbours(some: np.ndarray, others: np.ndarray, directions: np.ndarray
     Returns
     -------
     shared : (m,) int, the number of corners that the two triangles share
-    beyond : (m,) bool, whether the two triangles lie on different sides of the edge that they
-        share, so that the surface continues across the edge; else it turns back at an outline.
-        Only pairs that share an edge have a meaning
+    beyond : (m,) bool, whether the two triangles lie on different sides of their common edge, so
+        that the surface continues across the edge; else the edge is on the outline. Undefined for
+        pairs without a common edge
     """
     same = (some[:, :, None] == others[:, None]).all(axis=3)
     own, theirs = same.any(axis=2), same.any(axis=1)
@@ -139,11 +142,13 @@ def _nearest_first(group: np.ndarray, t: np.ndarray, sharp: np.ndarray, corners:
     ----------
     group : (m,) int, ascending; hits that float32 cannot separate have the same number
     t : (m,) float64, where the ray of a hit meets the triangle's plane
-    sharp : (m,) float64, error bound of t; inf where float64 proves a miss. Such a hit
-        belongs to the first place of its group that shows the same side. If there is no such
-        place, the hit has a place of its own. But it belongs to the group's first place if the
-        surface continues from there into its triangle, or if float64 disproves the whole group
+    sharp : (m,) float64, error bound of t; inf where float64 proves a miss
     corners, directions : The triangle and the direction of each hit, (m, 3, 3) and (m, 3).
+
+    A disproved hit joins the nearest proved hit on the same side of the surface in its group. If
+    there is none, it joins the group's nearest hit if the surface continues from there into its
+    triangle, or if float64 disproves the whole group. The other disproved hits on a side form a
+    place of their own.
     """
     order = np.lexsort((t, ~np.isfinite(sharp), group))
     group, t, sharp = group[order], t[order], sharp[order]
@@ -152,11 +157,11 @@ def _nearest_first(group: np.ndarray, t: np.ndarray, sharp: np.ndarray, corners:
     first = np.r_[True, np.diff(group) > 0]
     place = np.cumsum(first | known & _begins(group, t, np.where(known, sharp, 0))) - 1
     nearest = np.flatnonzero(first)[np.cumsum(first) - 1]     # the group's first hit
-    # The first hit of the same side. In the order of `side`, hits keep the order of t.
+    # The first hit of each hit's group and side: a proved hit, if there is one.
     _, leader, member = np.unique(side, return_index=True, return_inverse=True)
     alike = leader[member]
-    # Winding shows sides wrongly if neighbours are wound differently, or if a triangle is there
-    # twice. So also ask whether the surface continues from the nearest hit.
+    # The side is wrong if neighbours are wound differently, or if the mesh contains a triangle
+    # twice. So also test whether the surface continues from the nearest hit.
     shared, beyond = _neighbours(corners, corners[nearest], directions)
     lost = ~known & ~known[alike] & known[nearest] & (shared < 3) & ~((shared == 2) & beyond)
     joined = place[np.where(known[alike], alike, nearest)]

@@ -12,10 +12,10 @@ from .error_bounds import FLOAT32
 from .plane import Rounding, edges_of, kept, plane_distance
 
 # If all nonzero coordinates and edges have magnitudes of at least SAFE, no denormal occurs before
-# the division in `plane_distance`. The test multiplies at most three such numbers: at least 2^-75.
-# It subtracts at most twice, and a nonzero difference is at least 2^-24 times its larger operand.
-# So no nonzero result is below 2^(-75 - 48), and 2^-126 is the least normal number. After the
-# division, a denormal needs two components of a normal that differ by a factor of 2^126.
+# the division in `plane_distance`. The test multiplies at most three such numbers, so a product is
+# at least 2^-75. It subtracts at most twice, and a nonzero difference is at least 2^-24 times its
+# larger operand. So a nonzero result is at least 2^(-75 - 48), above 2^-126, the least normal
+# number. After the division, a denormal needs components of a normal that differ by 2^126 times.
 SAFE = np.float32(2.0 ** -25)
 
 

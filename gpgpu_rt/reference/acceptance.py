@@ -38,7 +38,7 @@ FAIR = Arithmetic(2.0 ** -20, 4 * FLOAT32.tiny, FLOAT32.huge)
 # The reach is the largest |vertex - origin|. Each coordinate of a sheared vertex is the difference
 # of two terms that do not exceed the reach. Each term has at most 5 roundings, and the edge
 # functions add 3. So rounding moves a ray sideways by less than 2 * (5 + 3) * unit * reach, where
-# unit is the unit roundoff. The outer neighbours lie twice as far away.
+# unit is the unit roundoff. The outer ring's radius is twice this bound.
 RADIUS = 32 * FAIR.unit
 _RINGS = ((RADIUS, 12), (RADIUS / 3, 4))    # ring's radius / reach, neighbours on the ring
 # Do not judge a ray by neighbours that would be turned by this angle (radians) or more.

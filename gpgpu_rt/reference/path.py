@@ -33,7 +33,7 @@ from .sobol import sobol_numbers
 from .spawn import spawn
 
 BRUTE_FORCE = 8     # up to this number of triangles, brute force is faster than a tree
-AT_ONCE = 1 << 16   # limit on the paths traced together, unless the picture has more pixels
+AT_ONCE = 1 << 16   # paths traced together, but at least one for each pixel
 TINY = 1e-30        # guards divisions by a density that may be 0
 
 
@@ -105,7 +105,7 @@ class _Paths:
         self.direction = direction
         self.weight = np.ones((len(x), 3))
         # The probability density of the ray's direction; infinite for eye rays, mirrors and
-        # glass, where only one direction was possible.
+        # glass, where the possible directions are discrete.
         self.density = np.full(len(x), np.inf)
         self.light = np.zeros((len(x), 3))
         self.alive = np.arange(len(x))
@@ -155,7 +155,8 @@ class _Paths:
     def _far_weight(self, mine: np.ndarray, other: np.ndarray) -> np.ndarray:
         """Return the weight of light from the surroundings, divided by ``mine``, the density of
         the technique that found the light. ``other`` is the other technique's density. For a sky,
-        the densities are proportional, so the balance heuristic suffices."""
+        the densities are proportional, so the weights of both heuristics are constant. The balance
+        heuristic is simpler."""
         if self.scene.environment is not None and self.scene.environment.image_light is not None:
             return _power_weight(mine, other)
         return 1 / np.maximum(mine + other, TINY)
@@ -385,5 +386,4 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> Any:
-    """Return (n,) dot products of (n, 3) vectors."""
     return np.einsum("nx,nx->n", a, b)

@@ -7,8 +7,8 @@ import numpy as np
 
 from .random_numbers import cell_middles, counters, random_bits
 
-# Keys are hashes of counters in which NO_SAMPLE replaces the sample's number, so all samples of
-# a pixel have equal keys.
+# A key selects a permutation. It is the hash of counters in which NO_SAMPLE replaces the sample's
+# number, so all samples of a pixel have equal keys.
 NO_SAMPLE = 0xFFFFFFFF
 _MASKS = ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F), (8, 0x00FF00FF), (16, 0x0000FFFF))
 

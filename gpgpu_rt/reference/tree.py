@@ -3,8 +3,9 @@
 The builder repeatedly sorts a list of triangles along an axis and halves the list. It chooses the
 axis for which the boxes of the halves have the least total area. Node i of level l contains the
 triangles from floor(i m / 2^l) to floor((i + 1) m / 2^l) - 1 of the ordered list of m triangles.
-So no links are stored. Traversal works on batches of pairs (ray, node), nearer children first. A
-pair is dropped only if the ray misses the node's box within the ray's interval, so no hit is lost.
+So no child pointers are stored. Traversal works on batches of pairs (ray, node), nearer children
+first. A pair is dropped only if the ray misses the node's box within the ray's interval, so no hit
+is lost.
 """
 from __future__ import annotations
 

@@ -11,8 +11,8 @@ from .material import Material
 
 
 def material_rows(values: Any, count: int, materials: Sequence[Material], name: str) -> np.ndarray:
-    """Check the materials' indices and return the indices as (count,) int32. None means the first
-    material for all triangles."""
+    """Return the index of each triangle's material as (count,) int32, after a check. None means
+    the first material for all triangles."""
     if not materials:
         raise SceneError(f"{name}: no materials; give at least one")
     if values is None:

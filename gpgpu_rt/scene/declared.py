@@ -119,7 +119,7 @@ def _check_ply(path: Path, size: int) -> None:
 def _check_gltf(path: Path, size: int) -> None:
     with open_input(path) as file:
         content = file.read(size)
-    inner = 0       # bytes of the binary chunk, the content of a buffer without a URI
+    inner = 0       # bytes of the binary chunk, which holds the buffer without a URI
     if content[:4] == b"glTF":
         length = int.from_bytes(content[12:16], "little")
         text = content[20:20 + length]

@@ -18,7 +18,7 @@ _ROWS = 1 << 20         # points that are projected at a time, to bound the memo
 _LARGEST, _SAMPLE = 1 << 14, 64
 
 # Candidate directions from the eye to the light, as (up, right, forward). If a triangle blocks the
-# first direction, `beside` chooses the direction that allows the light farthest from the eye.
+# first direction, `beside` chooses the direction in which the light can be farthest from the eye.
 _ASIDE = np.array([(0.9, -0.6, 0), (0.9, 0.6, 0), (0.4, -1, 0), (0.4, 1, 0), (0.2, -0.8, 0.6),
                    (0.2, 0.8, 0.6), (0.7, 0, 0.7), (1, 0, 0), (0.3, 0, 1)])
 _CLEAR = 0.7            # a blocked light moves to this share of the distance to the blocker
@@ -47,7 +47,7 @@ def framed(points: np.ndarray, size: Sequence[int] = (1, 1), *, fov: float = 45.
     if not (hi > lo).any():
         return whole
     centre = (lo + hi) / 2
-    # `steep`: half the width and half the height, at depth 1, of the picture without its margins.
+    # Half the width and half the height at depth 1 of the picture without its margins.
     steep = np.array([np.linalg.norm(right), np.linalg.norm(up)]) * (1 - 2 * margin)
     axes = np.stack([right / np.linalg.norm(right), up / np.linalg.norm(up)])
     sides = np.concatenate([axes / steep[:, None], -axes / steep[:, None]]) - forward
@@ -91,8 +91,8 @@ def inside(triangles: np.ndarray, outside: Camera) -> Camera | None:
     A mesh counts as a room if two conditions hold. First, more than 0.4 of the outside camera's
     rays that hit the mesh meet the back of a triangle. Second, more than 0.25 of the triangles are
     hidden from all six sides by the largest triangles, such as walls and table tops. The second
-    condition excludes objects whose triangles face inwards. Both limits lie between the values of
-    rooms and the values of objects.
+    condition excludes objects whose triangles face inwards. Each limit lies between the shares
+    measured in rooms and the shares measured in objects.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def inside(triangles: np.ndarray, outside: Camera) -> Camera | None:
 
 
 def _hides(triangles: np.ndarray, large: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> bool:
-    """Return whether more than a quarter of the sampled triangles is hidden from all six sides."""
+    """Return whether a mesh meets the second condition of `inside`, by a sample of triangles."""
     sample = np.linspace(0, len(triangles) - 1, min(len(triangles), _SAMPLE)).astype(np.int64)
     middle = triangles[sample].mean(axis=1, dtype=np.float64)
     hidden = np.ones(len(sample), bool)

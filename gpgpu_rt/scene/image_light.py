@@ -1,12 +1,11 @@
 """Image light: samples directions in proportion to the luminance of a surrounding image.
 
 The image is filtered bilinearly: radiance is a bilinear function in each cell between four texel
-centres. In each row of cells, samples are exactly proportional to the luminance of this function.
-The first random number chooses a row, and the second number chooses a cell of the row. Each number
-lies between two cumulative probabilities, and its place between them gives a coordinate in the
-cell. A cell's probability is proportional to its luminance times its solid angle, and samples in
-the cell follow the luminance. The density of a direction therefore depends only on the direction's
-radiance and latitude.
+centres. Within a row of cells, the density of samples is proportional to the luminance of this
+function. The first random number chooses a row, and the second number chooses a cell of the row.
+Each number lies between two cumulative probabilities, and its place between them gives a
+coordinate in the cell. A cell's probability is proportional to its luminance times its solid
+angle. The density of a direction therefore depends only on the direction's radiance and latitude.
 
 Pharr and Humphreys ("Infinite Area Light Source with Importance Sampling", 2004) choose a texel
 instead. But bilinear filtering spreads a small sun to neighbouring texels, which their method

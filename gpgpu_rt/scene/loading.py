@@ -62,7 +62,6 @@ def load_scene(source: str | os.PathLike | trimesh.Trimesh | trimesh.Scene | Sce
 
 
 def _read(path: Path, row: catalogue.NamedScene | None = None) -> Scene:
-    """Return the scene of a file."""
     if path.suffix.lower() == ".json":
         return read_scene(path, load_scene)
     if path.suffix.lower() == ".npz":

@@ -29,7 +29,7 @@ class Material:
     roughness : Roughness r of the lobe, 0.01 to 1. The lobe is cos^n with n = 2 / r^2 - 2.
     ior : None, or for a dielectric the refractive index inside divided by the index outside. A
         dielectric reflects by Fresnel's equations and refracts the rest, so the three shares above
-        must be 0. Seen from outside, the corners of its triangles run anticlockwise.
+        must be 0. The corners of its triangles must run anticlockwise as seen from outside.
     emission : (3,) radiance that both sides emit in all directions.
     texture : None, or the texture that multiplies ``diffuse``.
     """

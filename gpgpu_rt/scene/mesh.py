@@ -64,8 +64,8 @@ def fill_normals(mesh: Mesh) -> None:
 
 
 def unlike(materials: Sequence[Material | None]) -> tuple[tuple[Material, ...], np.ndarray]:
-    """Return the different materials of a list, and each entry's index among them. If all entries
-    are None, return no materials and zeros."""
+    """Return the different materials of a list, and the index of each entry's material in this
+    result. If all entries are None, return no materials and zeros."""
     if not any(materials):
         return (), np.zeros(max(len(materials), 1), np.int64)
     place: dict[Material, int] = {}

@@ -84,7 +84,6 @@ def reading(path: Path) -> Iterator[None]:
 
 
 def _read(path: Path, groups: bool) -> Mesh:
-    """Read the mesh of a file with the reader for its suffix."""
     suffix = path.suffix.lower()
     if suffix == ".obj":
         return read_obj(path, groups)
@@ -158,7 +157,7 @@ def _part_names(scene: trimesh.Scene) -> dict[str, str]:
 
 
 def _join(placed: list[tuple[Any, np.ndarray | None, str]]) -> Mesh:
-    """Join several meshes, each with a transform and a name, into one mesh."""
+    """Join meshes; each has a transform and a name."""
     vertices, faces, count = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], 0
     colours: list[np.ndarray | None] = []
     corners: dict[str, list[np.ndarray | None]] = {"normals": [], "uv": []}

@@ -151,8 +151,8 @@ def _indices(words: Sequence[bytes]) -> np.ndarray:
 
 def _count_from_zero(index: np.ndarray, declared: np.ndarray, line: np.ndarray) -> None:
     """Convert a file's indices in place, so that they count from 0. In the file, a negative index
-    counts back from the last value before the index's line. In the result, an index is negative if
-    the file gives no index, or an index that points before the first value."""
+    counts back from the last value before the index's line. In the result, a negative index means
+    that the file gives no index, or an index before the first value."""
     back = index < 0
     if back.any():
         before = np.searchsorted(declared, line[back])

@@ -23,7 +23,7 @@ class Movement:
     Attributes
     ----------
     placement : the vertices of the document
-    rows : (v,) index in ``placement`` of each vertex of the mesh
+    rows : (v,) for each vertex of the mesh, the index of its vertex in ``placement``
     span : the times of the frames
     """
 
@@ -68,8 +68,8 @@ def read_moving(path: Path) -> Moving:
     """Return the animation of the AFF file at ``path``.
 
     Two corners share a vertex if they have the same transform, the same position before the
-    transform, and the same normal. After a move, a vertex has the mean normal of the triangles
-    that share it. So an edge stays smooth exactly if the file gives both sides the same normals.
+    transform, and the same normal. `Scene.moved` averages the normals of the triangles that share
+    a vertex. So an edge stays smooth exactly if the file gives both sides the same normals.
 
     Raises
     ------

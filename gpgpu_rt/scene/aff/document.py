@@ -20,9 +20,9 @@ from .statements import (
 from .surface import Surface
 from .tokens import Tokens
 
-# Bytes that the memory budget counts for each statement of a file that is included again. Nested
-# includes can repeat a file exponentially often. With four times the true size, such a document
-# exceeds the budget within about a second.
+# Bytes that the memory budget counts for each statement of a file that is included again: four
+# times the true size. Nested includes can repeat a file exponentially often; the high count stops
+# the reader after about a second.
 _STATEMENT_BYTES = 4096
 
 
@@ -62,7 +62,7 @@ class Document:
     Attributes
     ----------
     path : the file
-    nodes : the transforms; the first is the identity, and every other transform follows its parent
+    nodes : the transforms, each after its parent; the first is the identity
     instances : the geometry, in the order of the file
     motions : the key frames by name
     camera, background, span : the last statement of each kind, or None; ``span`` has the times of
@@ -117,7 +117,7 @@ class _Reader:
         self.path, self.folder = path, os.path.realpath(path.parent)
         self.files = {os.path.realpath(path): _File(path, str(path))}
         self.places: dict[str, str] = {}    # the real path of each included name
-        self.seen: set[int] = set()     # id() of each geometry that is counted
+        self.seen: set[int] = set()     # id() of each counted geometry
         self.triangles = self.repeated = self.size = 0
 
     def document(self) -> Document:

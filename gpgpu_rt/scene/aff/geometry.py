@@ -169,8 +169,8 @@ def _separate(vertices: int) -> np.ndarray:
 
 
 def read_sphere(tokens: Tokens) -> tuple[np.ndarray, Geometry]:
-    """Read a statement ``s``, a sphere. Return the transform, (3, 4), that makes the sphere from a
-    unit ball, and the unit ball."""
+    """Read a statement ``s``, a sphere. Return a transform, (3, 4), and a unit ball, which the
+    transform turns into the sphere."""
     *centre, radius = tokens.numbers(4, "a sphere's centre and radius")
     return np.column_stack([np.eye(3) * abs(radius), centre]), unit_ball()
 

@@ -55,9 +55,9 @@ class _Segments:
 
 
 def _over(length: np.ndarray, span: np.ndarray) -> np.ndarray:
-    """Return length / span, or 0 where span is 0. ``length`` is a segment's time; ``span`` is the
-    time of the segment together with the segment before or after. If times ascend, a segment with
-    a span of 0 also has length 0, and `_Segments.at` never returns it."""
+    """Return length / span, or 0 where span is 0. ``length`` is the duration of each segment;
+    ``span`` also contains the segment before or after. If times ascend, a span of 0 implies a
+    length of 0, and `_Segments.at` never returns such a segment."""
     return np.divide(length, span, out=np.zeros_like(length), where=span != 0)
 
 

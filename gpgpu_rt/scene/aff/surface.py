@@ -19,8 +19,8 @@ class Surface:
 
     The shininess of a fill statement is ignored: the specular share reflects like a mirror, as the
     authors of BART require. The ambient share is ignored too, because the environment lights the
-    scene. One kind of surface uses its ambient share as its diffuse share: a surface whose diffuse
-    and specular shares are 0, such as the garden behind BART's kitchen.
+    scene. But a surface without diffuse and specular shares, such as the garden behind BART's
+    kitchen, uses its ambient share as its diffuse share.
 
     Attributes
     ----------

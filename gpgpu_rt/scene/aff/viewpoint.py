@@ -18,8 +18,8 @@ class Viewpoint:
 
     Attributes
     ----------
-    camera : the camera of the statement ``v``, or a default camera. Key frames may replace its
-        position, or its target and up direction
+    camera : the camera of the statement ``v``, or a default camera; key frames may replace its
+        position, and its target with its up direction
     motion : the key frames of the camera, or None
     """
 

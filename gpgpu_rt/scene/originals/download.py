@@ -163,7 +163,6 @@ def _read_all(file: SourceFile, source: str, partial: Path, report: Report) -> N
 
 
 def _append(file: SourceFile, stream: _Incoming, partial: Path, report: Report) -> None:
-    """Write a stream's bytes to ``partial``, beginning at position ``stream.start``."""
     limit = LARGEST * file.size
     with open(partial, "r+b" if partial.is_file() else "wb") as output:
         output.truncate(stream.start)

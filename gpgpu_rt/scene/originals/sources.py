@@ -74,5 +74,5 @@ def source_files() -> dict[str, tuple[SourceFile, ...]]:
 
 
 def camera_text() -> str:
-    """Return the JSON text with the cameras of scenes that can be fetched, except the teapot."""
+    """Return the JSON text with the cameras of fetched scenes. The teapot has no camera."""
     return (importlib.resources.files(_PACKAGE) / "cameras.json").read_text(encoding="utf-8")

@@ -20,7 +20,6 @@ PAPER = Material("paper", (0.72, 0.72, 0.7))
 
 
 def _tiles() -> Material:
-    """Return the material of a floor of tiles in two colours, with small variations."""
     rng = np.random.default_rng(5)
     checks = np.indices((8, 8)).sum(axis=0) % 2
     shades = np.where(checks[..., None], (0.62, 0.58, 0.5), (0.16, 0.2, 0.24))

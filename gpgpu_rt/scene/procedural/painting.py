@@ -23,9 +23,9 @@ def by_part(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
         lowest = label[faces].min(axis=1)
         after = label.copy()
         for corner in faces.T:
-            # A vertex's label is the lowest vertex index known in its part. Lower two labels: the
-            # corner's, and the label of the vertex that the corner's old label names. Labels then
-            # cross long chains in fewer iterations.
+            # A vertex's label is the lowest vertex index found in its part so far. Also lower the
+            # label of the vertex that the corner's old label names: a long chain of triangles then
+            # takes fewer iterations.
             np.minimum.at(after, label[corner], lowest)
             np.minimum.at(after, corner, lowest)
         while not np.array_equal(after, after[after]):

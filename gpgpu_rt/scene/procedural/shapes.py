@@ -127,7 +127,7 @@ def place(triangles: np.ndarray, positions: np.ndarray, yaw: np.ndarray | float 
 
 
 def noise(points: np.ndarray, wavelength: float, seed: int) -> np.ndarray:
-    """Return smooth noise in about [-1, 1] at points (..., 3), equal at equal points."""
+    """Return smooth noise, in about [-1, 1], at points (..., 3). Equal points get equal noise."""
     rng = np.random.default_rng(seed)
     waves = rng.normal(size=(3, 12))
     waves *= 2 * np.pi / wavelength * rng.uniform(0.5, 1.2, 12) / np.linalg.norm(waves, axis=0)

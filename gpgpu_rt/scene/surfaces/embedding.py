@@ -36,7 +36,7 @@ def embed(mesh: SurfaceMesh, border: np.ndarray, places: np.ndarray, size: int,
     sine = np.linalg.norm(np.cross(one, two), axis=2)
     half = np.clip(np.arctan2(sine, (one * two).sum(axis=2)) / 2, 1e-3, np.pi / 2 - 1e-3)
     length = np.maximum(mesh.lengths.reshape(-1, 3), 1e-9 * mesh.size)
-    # Each face at an edge adds the terms of both ends, so the edge's weight is symmetric.
+    # Each face at an edge adds the tangents at both ends, so the edge's weight is symmetric.
     weight = ((np.tan(half) + np.tan(np.roll(half, -1, axis=1))) / length).reshape(-1)
     count = len(mesh.vertices)
     pairs, pair = np.unique(np.concatenate([mesh.start * count + mesh.end,

@@ -25,8 +25,8 @@ from .surface_mesh import SurfaceMesh
 CUTS = 8              # largest number of additional cuts
 # Warn if the image is further from the surface than this share of the surface's extent.
 FAR = 0.02
-# Make another cut, to the most shrunk face, if it shrinks this many times as much as the median
-# face.
+# Make another cut, to the most shrunk face, if this face shrinks at least this many times as much
+# as the median face.
 STRETCHED = 12.0
 # The solver's tolerances: for the final embedding, and for choosing cuts.
 TOLERANCE, ROUGH = 1e-5, 1e-3
@@ -46,8 +46,8 @@ class Parametrisation:
     image: np.ndarray
 
     def distances(self) -> np.ndarray:
-        """Return the distance of each vertex, (v,) float64, world units, from the point of the
-        image's surface at the vertex's row and column. Other points may be nearer."""
+        """Return the distance of each vertex, (v,) float64, world units, from the image's point at
+        the vertex's row and column. Other points of the image may be nearer."""
         cell = np.clip(np.floor(self.flat), 0, len(self.image) - 2).astype(np.int64)
         down, right = (self.flat - cell).T[:, :, None]
         row, column = cell.T
