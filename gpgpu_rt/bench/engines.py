@@ -44,8 +44,8 @@ class Engine:
     threads : Number of threads.
     tile : Size of the image's tiles in pixels. The engine gets the rays tile by tile.
     robust : Whether the engine promises that no ray leaks at an edge or vertex.
-    absent : Function that returns the reason why the engine cannot run, or "". None if only
-        missing modules are a reason.
+    absent : Function that returns the reason why the engine cannot run, or "". None: the engine
+        runs if ``modules`` can be imported.
     """
 
     name: str

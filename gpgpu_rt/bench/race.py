@@ -45,7 +45,7 @@ class Entry:
     bytes_a_triangle : Size of a method's tables, divided by the number of triangles.
     work : Name of a counter -> its value per ray; empty if the race counts no work. Each ray of a
         packet gets an equal share of the packet's value.
-    out_of : Number of all rays, if the entry traced only a part of them; else None.
+    out_of : Number of rays of the race, if the entry traced only some of these rays; else None.
     all_options : The options of the method's tracer, with defaults; empty for an engine.
         ``statistics`` is true if the race counts work, although the timed programs count nothing.
     """
@@ -90,9 +90,8 @@ class Entry:
         return max(self.seconds) / min(self.seconds)
 
     def verdict(self) -> str:
-        """Return "faster" or "slower" if the entry is so in every round, else "not told apart".
-
-        The result is "" for the baseline itself, and if the baseline did not run.
+        """Return "faster" or "slower" if the entry beats or trails the baseline in every round,
+        else "not told apart"; "" for the baseline, or if the baseline did not run.
         """
         if not self.over or self.name == EMBREE:
             return ""

@@ -31,7 +31,7 @@ AT_ONCE = 1 << 16   # rays copied as a block, which fits in a core's cache
 # each other anyway.
 BLOCK = 1 << 17
 # A block occupies a cell if a ray of the block starts there. Sort all rays together if a block
-# occupies, on average, at least this share of the cells that any block occupies.
+# occupies, on average, at least this share of the cells that all blocks together occupy.
 SCATTERED = 0.75
 
 
@@ -188,7 +188,7 @@ def _joined(parts: list[np.ndarray]) -> np.ndarray:
 
 
 def _whole(texels: np.ndarray) -> np.ndarray:
-    """View (n, 4) float32 texels as (n,) complex128, because numpy moves single values faster."""
+    """View (n, 4) float32 texels as (n,) complex128, which numpy moves faster than short rows."""
     return texels.view(np.complex128)[:, 0]
 
 

@@ -71,7 +71,7 @@ class Structure:
 
     @property
     def shown(self) -> Scene:
-        """The scene that hits lie on: the scene, or a coarser level of its surface."""
+        """The surface that rays hit: the scene, or a coarser level of the scene."""
         coarser = self.accelerator.shown
         return self.scene if coarser is None else replace(self.scene, triangles=coarser)
 
