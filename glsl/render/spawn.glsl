@@ -1,6 +1,6 @@
 // Computes the start of a ray that leaves a hit. To keep the ray from hitting its own triangle, the start
 // lies off the triangle by the error of the hit point plus the error of the triangle test. `spawn` in
-// gpgpu_rt/reference/spawn.py computes the same start. The caller's triangle table is in the scene's order.
+// gpgpu_rt/reference/spawn.py computes the same start. `hit.triangle` must be a row of the triangle table.
 //
 // The error of the hit point. A unit is the relative error of one rounding. The point p = b0 v0 + u v1 + v
 // v2 lies in the plane for any u and v if b0 = 1 - u - v. The rounded b0 has an absolute error of one unit

@@ -42,9 +42,9 @@ def as_triangles(triangles: np.ndarray) -> np.ndarray:
 def shrink_flat(triangles: np.ndarray) -> np.ndarray:
     """Return (n, 3, 3) float32 triangles; a triangle without area is shrunk to its first corner.
 
-    The watertight test shears the corners, and rounding may then move one of three collinear
-    corners off the line. A ray could then hit the triangle. If all three corners are equal, the
-    determinant in every triangle test is exactly zero, so no ray hits the triangle.
+    When the watertight test shears three collinear corners, rounding may move a corner off the
+    line, and a ray could hit the triangle. If all three corners are equal, the determinant in
+    every triangle test is exactly zero, so no ray hits the triangle.
     """
     flat = np.concatenate([_without_area(triangles[start:start + AT_ONCE])
                            for start in range(0, max(len(triangles), 1), AT_ONCE)])

@@ -132,7 +132,7 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
     candidates : pairs (method, options)
     size : side in pixels of the square image that the rays belong to
     runs : number of timed rounds, after a warm-up round. In a timed round, each entry first traces
-        once untimed, because the entry before it filled the caches with other data
+        once untimed, because the previous entry filled the caches
     engines : engines to time; missing engines, and engines that cannot trace the rays, are left
         out
     report : called with each line about progress

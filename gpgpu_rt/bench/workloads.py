@@ -212,9 +212,8 @@ def _hits(scene: str, name: str, size: int) -> Hits:
 
 
 def _traced(scene: Scene, rays: Workload) -> Hits:
-    """Trace a workload with kd-short-stack. Other kd-tree methods can use the same cached tree, so
-    a comparison that includes them builds the tree only once.
-    """
+    """Trace a workload with kd-short-stack, because other kd-tree methods can reuse the cached
+    tree."""
     with Tracer(scene, "kd-short-stack") as tracer:
         found = rays.trace(tracer)
     assert found is not None

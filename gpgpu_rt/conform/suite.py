@@ -127,8 +127,8 @@ def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int
     OptionError
         a user's function cannot be loaded; raised before any engine runs
     """
-    # A wrapper comes after the engine that it wraps. Every engine has its own process, because an
-    # engine may change the state of its process; this project's methods share a process.
+    # A wrapper runs after its engine, whose wrong rays `_row` needs. Every engine has its own
+    # process, because an engine may change the state of its process. Methods share a process.
     ordered = sorted(dict.fromkeys(specs), key=lambda spec: bool(spec.engine.wraps))
     with ExitStack() as stack:
         runners = {key: stack.enter_context(Runner(seconds)) for key in map(_process_of, ordered)}

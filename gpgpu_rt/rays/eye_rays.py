@@ -49,7 +49,6 @@ class EyeRays:
         Parameters
         ----------
         rays : textures of the size of the image or region
-        camera : the camera
         bounds : the scene's (lo, hi)
         aside : offset of all rays from the pixel centres, in pixels
         region : the region of the image; by default the whole image

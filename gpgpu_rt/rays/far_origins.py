@@ -54,10 +54,7 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
 
 def _near(origins: np.ndarray, centre: np.ndarray, radius: float) -> bool:
     """Return whether the box around all origins shows that no origin is far. Origins with a NaN do
-    not count.
-
-    If the radius is 0, no origin is far.
-    """
+    not count."""
     ends = np.array([by_axis(end, origins) for end in (np.fmin, np.fmax)], np.float64)
     return radius == 0 or bool(
         (np.abs(ends - centre).max(axis=0) ** 2).sum() <= (FAR * radius) ** 2)
