@@ -120,7 +120,7 @@ def bounced(kind: str, bounces: int) -> str:
 
 
 def told(name: str) -> str:
-    """Return a workload's name for use in a sentence: without the number of a single bounce."""
+    """Return a workload's name for use in a sentence: "mirror rays 1" becomes "mirror rays"."""
     return name.removesuffix(" 1")
 
 

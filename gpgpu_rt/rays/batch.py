@@ -252,7 +252,7 @@ def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarr
             origins, shift = approach(origins, directions, *bounds)
             if shift is not None:
                 t_min, t_max, alike = t_min - shift, t_max - shift, False
-        # Texels without a ray have t_max = -1. A shared t_min below -1 would make them valid.
+        # A shared t_min below -1 would turn texels without a ray into rays: their t_max is -1.
         start = np.float32([*origins[0], t_min[0]]) if (
             alike and _alike(t_min) and t_min[0] >= 0) else None
         into = planes if start is None else [None, *planes[1:]]

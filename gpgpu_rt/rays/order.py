@@ -87,16 +87,8 @@ class RayOrder:
         return laid
 
     def back(self, values: np.ndarray) -> np.ndarray:
-        """Return the values of each ray in the caller's order, from the texels of a texture.
-
-        Parameters
-        ----------
-        values : (texels, ...), row by row
-
-        Returns
-        -------
-        (n, ...)
-        """
+        """Return (n, ...), the values of each ray in the caller's order. ``values`` are the texels
+        of a texture, (texels, ...), row by row."""
         count, (curve, _) = len(self.rays), _curve(self.size)
         by_channel = values.ndim == 2 and values.flags.f_contiguous     # true for hits of packets
         found = np.empty((self.count, *values.shape[1:]), values.dtype, "F" if by_channel else "C")
