@@ -34,7 +34,8 @@ class Row:
     family : The family's name.
     rays : Number of traced rays; 0 if the engine does not accept their t_min and t_max, gave no
         answer in an earlier family, or cannot be loaded.
-    undecidable : Number of rays for which both a hit and a miss are right, without wrong answers.
+    undecidable : Number of rays for which both a hit and a miss are right. Wrong rays
+        are not included.
     wrong : Number of wrong rays by kind (KINDS). After a crash, all ``rays`` count as CRASH.
     seconds : Time of the engine's call in seconds, with the construction of its structure.
     note : Why the engine crashed or traced no ray; else "".

@@ -383,8 +383,8 @@ def _in_a_line() -> Iterator[None]:
         raise Error("workers could not finish a part: workers died repeatedly; give each worker "
                     "more memory, if memory was the reason") from failure
     except (CancelledError, distributed.comm.CommClosedError) as failure:
-        raise Error("workers could not finish a part: their scheduler ended or cancelled it; "
-                    "start the scheduler again") from failure
+        raise Error("workers could not finish a part: their scheduler ended, or cancelled the "
+                    "part; start the scheduler again") from failure
     except ImportError as failure:
         raise Error(f"workers lack a module that a part needs ({failure}); install the same "
                     "gpgpu_rt on their machines") from failure
