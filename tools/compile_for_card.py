@@ -19,9 +19,8 @@ from ctypes import POINTER, byref, c_char_p, c_float, c_int, c_ubyte, c_uint, c_
 from pathlib import Path
 from typing import Any
 
-# Card -> DRM shim of the card's family, and environment variables. A shim is a library that stands
-# in for the kernel's graphics driver. The variables choose the chip and, for nv40, make the driver
-# print the program.
+# Card -> DRM shim, and environment variables. The DRM shim is a library that replaces the kernel's
+# graphics driver. The variables choose the chip and, for nv40, make the driver print the program.
 CARDS: dict[str, tuple[str, dict[str, str]]] = {
     "r300": ("radeon", {"RADEON_GPU_ID": "0x4E44"}),
     "r420": ("radeon", {"RADEON_GPU_ID": "0x4A49"}),

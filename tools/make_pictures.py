@@ -1,7 +1,7 @@
 """Makes the pictures of README.md in docs/readme/ anew, by the project's own commands.
 
-The scenes are stand-ins and built-in scenes, so every machine makes the same pictures, in about
-two minutes on two cores. The picture of the web page needs Chromium.
+No meshes of this machine are used, so every machine makes the same pictures, in about two minutes
+on two cores. The picture of the web page needs Chromium.
 """
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ METHOD, OPTIONS = "bvh-threaded", {"octants": True}
 SAMPLES = (16, 64, 256)
 TRUTH = 8          # pictures of 256 samples whose mean is a renderer's picture without noise
 TURNS = 3
-SAMPLER = "multijitter"    # of Mitsuba's samplers, the least error in the same time
+SAMPLER = "multijitter"    # the sampler of Mitsuba with the least error in the same time
 SKY_ROWS, SKY_COLUMNS = 512, 8
 
 Draw = Callable[[int, int], np.ndarray]     # (samples, seed) -> (size, size, 3) radiance
@@ -92,7 +92,7 @@ def _mesh(mitsuba: Any, scene: rt.Scene, which: np.ndarray, material: Any, colou
     fields["vertex_positions"] = np.float32(scene.triangles[which]).ravel()
     if smooth:
         fields["vertex_normals"] = np.float32(scene.normals[which]).ravel()
-    if material.texture is not None:    # the first row of Mitsuba's image has v = 0, ours v = 1
+    if material.texture is not None:    # v is 0 in Mitsuba's first row, and 1 in this project's
         fields["vertex_texcoords"] = np.float32(scene.uv[which] * (1, -1)).ravel()
     fields.update()
     return mesh
@@ -137,7 +137,8 @@ def measured(draws: dict[str, Draw], truth: dict[str, np.ndarray]
 
 
 def seconds_to(error: float, points: list[tuple[float, float]]) -> float:
-    """Return the time to an error, between measured (seconds, error), on a line of logarithms."""
+    """Return the time to an error, interpolated between measured (seconds, error). Logarithms are
+    interpolated linearly."""
     seconds, errors = np.log(np.array(points)).T
     return float(np.exp(np.interp(-np.log(error), -errors, seconds)))
 

@@ -35,7 +35,7 @@ def main() -> None:
         for count, times in spent.items():
             with Workers(count=count, threads=1) as workers:
                 workers.client.wait_for_workers(count)
-                # Run a cell in each process first, to leave out one-time costs.
+                # Run a cell in each process first, so that one-time costs are not measured.
                 list(workers.map(_warm, [()] * 4 * count))
                 took = seconds(workers)
             if turn:

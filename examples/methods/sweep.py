@@ -1,8 +1,8 @@
 """sweep, an example: sorts triangles along an axis and cuts them into runs, each with a box.
 
 Boxes around parts of a scene go back to Rubin and Whitted (1980). A ray visits the runs in
-ascending or descending order, by the sign of its direction along the axis. The ray stops when no
-remaining run can begin before the ray's hit. ../../docs/how-to/add-a-method.md explains this file
+ascending or descending order, by the sign of its direction along the axis. The ray stops when
+its hit is nearer than all remaining runs. ../../docs/how-to/add-a-method.md explains this file
 step by step.
 """
 from __future__ import annotations

@@ -1,6 +1,6 @@
 #version 330 core
 // Gather: element i of the target becomes a copy of the input's element at index `source`[i]. The macros
-// LOAD and STORE name the accessors of the record.
+// LOAD and STORE read and write an element.
 
 #include <records>
 #include "core/stream.glsl"

@@ -19,8 +19,8 @@ void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     int place = (texel.y << TABLE_WIDTH_LOG2) + texel.x - block_start;
     float rank = float(place);
-    // `place` kept elements of the block precede this element. They fill at least place / 4 texels, because
-    // a texel holds at most four elements. In the same way, the later kept elements give `hi`.
+    // `place` kept elements of the block precede this element. They come from at least place / 4 texels,
+    // because a texel holds four elements. The kept elements after this element bound `hi` in the same way.
     int lo = BLOCK * block + place / 4;
     int hi = min(BLOCK * (block + 1), texels) - 1 - (block_total - 1 - place) / 4;
     while (lo < hi) {

@@ -6,8 +6,8 @@
 //
 // OpenGL draws a line's texel if the line leaves the diamond around the texel's centre. Each line therefore
 // runs from the centre of its first texel to the centre of the texel after its last. This end may lie
-// beyond the row. A viewport as wide as the target would clip such a line on a corner of a diamond. So the
-// viewport is twice as wide as the target.
+// beyond the row. A viewport as wide as the target would clip such a line at the edge of its last texel,
+// where the line has not left the diamond. So the viewport is twice as wide as the target.
 
 #include <sources>
 #include "core/fetch.glsl"

@@ -6,8 +6,8 @@
 // Departures: in the first step of each merge, the partner of a position is its mirror image in the merged
 // block. So all steps put the smaller element first; Batcher sorts every second block in descending order.
 // Positions past the end count as holding the largest elements and never exchange them. So any number of
-// elements can be sorted. A pass runs two steps, and each fragment reads the four elements that decide its
-// result. Two fragments compute each result of the first step, but no texture has to store it.
+// elements can be sorted. A pass runs two steps: each fragment also computes the first step of its second
+// partner, so no texture stores the results of the first step.
 
 #include <records>
 #include "core/stream.glsl"

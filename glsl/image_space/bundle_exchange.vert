@@ -2,12 +2,12 @@
 // Exchange light between neighbouring layers of a bundle of parallel rays (Szirmay-Kalos 1998; survey,
 // section 5). Each pixel draws two points: the first carries light from the nearer layer to the farther
 // layer, the second carries light back. A point goes to the texel of the receiving side of a triangle, and
-// blending adds the light there. A pixel is a tube of rays; its flux is radiance * solid angle * the
-// pixel's area, for any slope of the surface.
+// blending adds the light there. The flux through a pixel is radiance * solid angle * the pixel's area. It
+// does not depend on the slope of the surface.
 //
 // Departure: the paper draws a random direction in each iteration and averages the results. Here the set of
-// directions is fixed, and each bounce runs through all of them. The fourth channel adds up the weights of
-// the light that a side received. For infinitely many directions, this sum would be pi. The host
+// directions is fixed, and each bounce runs through all directions. The fourth channel sums the factors of
+// the radiances that a side received. Infinitely many directions would give the sum pi. The host
 // (ray_bundles.py) therefore scales the light by pi / sum.
 
 #include <constants>

@@ -4,9 +4,9 @@
 // this layer's light times the cosine between its normal and the bundle.
 //
 // Departures: a layer's depth is the depth of its triangle's plane at the point itself, not at the pixel's
-// centre. So a sloped surface does not hide itself. A lift (offset along the normal) of a fraction of a
-// pixel remains, because a curved surface bends away from the plane of a neighbouring triangle. One peeling
-// serves points that look along or against the bundle. The chapter's peeling serves one direction.
+// centre. So a sloped surface does not hide itself. Points are still lifted along the normal by a fraction
+// of a pixel, because a curved surface bends away from the plane of a neighbouring triangle. One peeling
+// serves points that face along or against the bundle. The chapter's peeling serves one direction.
 
 #include <constants>
 #include "core/fetch.glsl"

@@ -10,8 +10,8 @@ vec3 seen_from_before(int side) {
     return side < 0 ? sky_behind : leaving_radiance(side);
 }
 
-// Radiance that leaves a layer away from the viewer, from the side opposite to `side`; -1 is the sky before
-// the first layer.
+// Radiance that leaves a layer away from the viewer, from the side opposite to `side`. If `side` is -1, the
+// radiance of the sky before the first layer.
 vec3 seen_from_behind(int side) {
     return side < 0 ? sky_before : leaving_radiance(side ^ 1);
 }

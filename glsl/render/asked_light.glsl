@@ -1,6 +1,6 @@
 // Light sampling at a vertex of a path. Choose a light by Walker's alias method (1977), from the table of
-// gpgpu_rt/scene/light_choice.py. Then choose a point on this light. AskedLight holds this point. If the
-// chosen light is the scene's surroundings, asked_surroundings.glsl samples a direction, not a point.
+// gpgpu_rt/scene/light_choice.py. Then choose a point on this light. For the scene's surroundings,
+// asked_surroundings.glsl chooses a direction instead.
 
 uniform int light_count;
 uniform float light_density;   // (density of sampled points per area) / (luminance of their emission)
@@ -9,7 +9,7 @@ struct AskedLight {
     vec3 place;
     vec3 normal;        // normal of a triangle; zero for a point light
     vec3 strength;      // radiance of a triangle; for a point light, irradiance / the light's probability
-    float blur;         // the shadow ray must end this far before the light's surface
+    float blur;         // bound on the error of `place`, along the normal
     bool far;           // whether the light is the surroundings of the scene
 };
 

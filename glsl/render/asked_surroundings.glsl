@@ -1,7 +1,7 @@
-// Light sampling of the surroundings. If the surroundings are an image, brighter directions are sampled
-// more often, and multiple importance sampling gives the weights, as for points on emitting triangles. A
-// sky varies little in brightness, so light sampling draws a direction in the same way as the path's
-// continuation. The density of light sampling is then the density of the continuation times `far_chance`.
+// Light sampling of the surroundings. In an image, brighter directions are sampled more often. Multiple
+// importance sampling weights the samples, as for emitting triangles. A sky varies little in brightness, so
+// light sampling draws a direction as the path's continuation does. The density of light sampling is then
+// the density of the continuation times `far_chance`.
 // Include after scatter.glsl, surroundings.glsl, luminance.glsl and both_ways.glsl.
 
 uniform int far_light;      // the surroundings' number among the lights

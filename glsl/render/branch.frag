@@ -1,8 +1,8 @@
 #version 330 core
 // Write the rays that continue from hits (Whitted 1980): reflected rays, or refracted rays if REFRACTED is
 // defined. Each ray gets a weight, the share of its light that reaches the pixel. If no ray continues, the
-// fragment is discarded. Its texels then stay cleared, which means an empty ray. An occlusion query around
-// this pass shows whether any ray exists.
+// fragment is discarded; a cleared texel holds an empty ray. An occlusion query around this pass shows
+// whether any ray exists.
 
 #include "core/fetch.glsl"
 #include "core/precision.glsl"

@@ -1,7 +1,6 @@
 #version 330 core
-// Place a point for each packed path at the texel that the path came from, for bring_back.frag. A wave is
-// the set of paths traced at once. path_pack.frag has copied a wave's live paths side by side into smaller
-// textures.
+// path_pack.frag has copied the live paths of a wave (the paths traced at once) side by side into smaller
+// textures. Place a point for each packed path at the texel that the path came from, for bring_back.frag.
 
 #include <sources>
 #include "stages/sorted_place.glsl"

@@ -4,9 +4,9 @@
 
 uniform sampler2D surroundings_sums;    // cumulative probabilities of the cells of each row
 
-// A direction's probability density (per steradian) is image_density * luminance * (mean cosine of the
-// latitudes in the row of cells) / (cosine of the direction's latitude). The density includes the
-// probability that light sampling chooses the image.
+// A direction's probability density (per steradian) is image_density * luminance * (mean cosine of latitude
+// in the direction's row of cells) / (cosine of the direction's latitude). A cell is the square between
+// four pixel centres. The density includes the probability that light sampling chooses the image.
 uniform float image_density;
 
 struct FarLight {

@@ -12,7 +12,8 @@ float place_error(vec3 place, vec3 edge_u, vec3 edge_v) {
     return LIGHT_ERROR * max(max(off.x, off.y), off.z);
 }
 
-// The end of a ray with a unit direction. `facing` is the cosine between the ray and the light's normal.
+// The end of a shadow ray with a unit direction. `error` bounds the error of the light's point along the
+// light's normal. `facing` is the cosine between the ray and this normal.
 float shadow_end(float distance, float error, float facing) {
     return distance * (1.0 - LIGHT_ERROR) - min(error / max(facing, 1e-4), 0.5 * distance);
 }

@@ -1,7 +1,7 @@
 #version 330 core
-// Add the light at a path's vertex to the light of the path, by blending: the light that the path met
-// (`lit`), plus the sampled light if the shadow ray hit nothing. A fragment is discarded if its path has
-// ended and adds nothing, so an occlusion query around this pass shows when no further vertex is needed.
+// Add the light at a path's vertex to the light of the path, by blending: the light that the path's own ray
+// found (`lit`), plus the sampled light if the shadow ray hit nothing. A fragment is discarded if its path
+// has ended and adds nothing. So an occlusion query around this pass shows when no vertex remains.
 
 #include <streams>
 #include "core/hit.glsl"

@@ -1,7 +1,7 @@
 #version 330 core
-// Mark the texels of paths that had already ended before the last pass of path_vertex.frag. The passes of
-// successive vertices write two sets of textures in alternation. Both sets already hold an empty ray at
-// these texels, so the early depth test may skip the texels.
+// Write depth at the texels of paths that had ended before the last pass of path_vertex.frag; the early
+// depth test then skips these texels. The passes of successive vertices write two sets of textures in
+// alternation, and both sets already hold an empty ray at these texels.
 
 #include <streams>
 

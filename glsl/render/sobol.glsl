@@ -18,7 +18,7 @@ uint reversed(uint x) {
     return ((x & 0x55555555u) << 1) | ((x >> 1) & 0x55555555u);
 }
 
-// A permutation that keeps or flips each bit; only lower bits and the key decide whether a bit is flipped.
+// A permutation that keeps or flips each bit. Only the key and the bits below a bit decide on its flip.
 // Applied to a number with reversed bits, the permutation is an Owen scrambling.
 uint permuted(uint x, uint key) {
     x += key;
@@ -60,7 +60,7 @@ uvec2 sobol_next_two(uint i) {
 }
 
 uvec4 sobol_keys(uvec2 pixel, uint bounce, uint block, uint seed) {
-    return random_bits(random_counter(pixel, 0xffffffffu, bounce, block, seed));   // the keys serve all samples
+    return random_bits(random_counter(pixel, 0xffffffffu, bounce, block, seed));   // for all samples
 }
 
 uint scrambled(uint bits, uint key) {

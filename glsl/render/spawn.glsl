@@ -1,11 +1,11 @@
 // Computes the start of a ray that leaves a hit. To keep the ray from hitting its own triangle, the start
 // lies off the triangle by the error of the hit point plus the error of the triangle test. `spawn` in
-// gpgpu_rt/reference/spawn.py computes the same start. The caller's triangle table is in the scene's order.
+// gpgpu_rt/reference/spawn.py computes the same start. `hit.triangle` must be a row of the triangle table.
 //
 // The error of the hit point. A unit is the relative error of one rounding. The point p = b0 v0 + u v1 + v
 // v2 lies in the plane for any u and v if b0 = 1 - u - v. The rounded b0 has an absolute error of one unit
-// (from 1 - u), plus one unit times b0. A product and up to two sums round each term. Another sum adds the
-// offset. The texture may round by twice its own unit. The error along each axis is at most
+// (from 1 - u), plus one unit times b0. Each term is rounded by a product, by up to two sums, and by the
+// addition of the offset. The texture may add two STORAGE_UNIT. The error along each axis is at most
 //     (8 units + 2 STORAGE_UNIT) sum |b_i v_i| + 1 unit of |v0|.
 // In pbrt, where b0 is not a difference, the bound is gamma(7) sum |b_i v_i|. Along the normal n the error
 // is at most the sum of these bounds over the axes, weighted by |n|.
@@ -33,9 +33,9 @@ struct Spawn {
     vec3 point;
     vec3 normal;     // of unit length, on the side of the new ray
     float offset;
-    float low;       // largest offset that failed; at first the smallest offset
-    float high;      // smallest offset that succeeded; at first INFINITE
-    float most;      // largest offset
+    float low;       // largest offset that has failed; before any failure, the first offset
+    float high;      // smallest offset that has succeeded; before any success, INFINITE
+    float most;      // largest offset to try
     int triangle;
 };
 

@@ -1,7 +1,6 @@
 // The surface at a hit, with the properties that the scene requires (gpgpu_rt/render/needs.py sets the
-// defines). If the program supports a property that this surface lacks, the results must have the same bits
-// as without the support. The code therefore adds zeros for such a property. Where a blend of two values
-// would round, the code selects one of them.
+// defines). A property that this surface lacks must not change a bit of the result. The code therefore adds
+// zeros for such a property, and selects one of two values where a blend would round.
 
 struct Surface {
     vec3 flat_normal;   // normal of the triangle, on the ray's side

@@ -10,7 +10,7 @@
 uniform ivec2 block;
 uniform ivec2 corner;   // corner of the drawn region, in the picture
 uniform int first_sample;
-uniform int samples;    // samples in total; texels behind the last sample hold no path
+uniform int samples;    // samples in total; texels after the last sample hold no path
 uniform int seed;
 
 // The path's pixel in the whole picture. Random numbers depend on this pixel, not on the drawn region.
@@ -23,8 +23,8 @@ int walk_sample(ivec2 texel) {
     return first_sample + place.y * block.x + place.x;
 }
 
-// The four random numbers of an event of the path. `which` is 0 for the continuation, 1 for the light
-// sample. The first two numbers make choices, and the last two are a position. Vertex 0 is the eye.
+// Four random numbers for a vertex of the path; vertex 0 is the eye. `which` is 0 for the continuation, 1
+// for the light sample. The first two numbers make choices, and the last two are a position.
 vec4 walk_random(ivec2 texel, int vertex, uint which) {
 #ifdef PACKED
     Came_from from = came_from_load(texel);

@@ -7,7 +7,7 @@ from ..errors import SceneError
 
 # Builders widen boxes by this share of the scene's largest absolute coordinate. This padding is 8
 # to 17 float32 spacings of the coordinate. A hit point in a shader has a smaller rounding error,
-# so no hit falls between two cells.
+# so each hit lies inside a padded box.
 PADDING = 1e-6
 AT_ONCE = 1 << 18   # triangles that are converted to float64 together
 
@@ -42,9 +42,9 @@ def as_triangles(triangles: np.ndarray) -> np.ndarray:
 def shrink_flat(triangles: np.ndarray) -> np.ndarray:
     """Return (n, 3, 3) float32 triangles; a triangle without area is shrunk to its first corner.
 
-    The watertight test shears the corners, and rounding may then move one of three collinear
-    corners off the line. A ray could then hit the triangle. If all three corners are equal, the
-    determinant in every triangle test is exactly zero, so no ray hits the triangle.
+    When the watertight test shears three collinear corners, rounding may move a corner off the
+    line, and a ray could hit the triangle. If all three corners are equal, the determinant in
+    every triangle test is exactly zero, so no ray hits the triangle.
     """
     flat = np.concatenate([_without_area(triangles[start:start + AT_ONCE])
                            for start in range(0, max(len(triangles), 1), AT_ONCE)])
@@ -88,8 +88,8 @@ def scene_box(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def half_area(lo: np.ndarray, hi: np.ndarray, axis: int = 0) -> np.ndarray:
-    """Return half the surface area of boxes; 0 for an empty box. Axis `axis` of lo and hi holds x,
-    y and z."""
+    """Return half the surface area of boxes; 0 for an empty box. x, y and z lie along the array
+    axis `axis` of lo and hi."""
     size = np.maximum(np.moveaxis(hi - lo, axis, 0), 0)
     return size[0] * size[1] + size[1] * size[2] + size[2] * size[0]
 

@@ -36,8 +36,8 @@ def cached(build: Callable[..., Structure], triangles: np.ndarray, /,
            **options: object) -> Structure:
     """Return `build(triangles, **options)`, read from disk if possible.
 
-    If the folder cannot be written, the result is not kept. If GPGPU_RT_CACHE names this folder, a
-    warning says so, once per process.
+    If the cache's folder cannot be written, the result is not kept. If GPGPU_RT_CACHE is set, this
+    failure causes a warning, once per process.
 
     Parameters
     ----------

@@ -13,12 +13,12 @@ import numpy as np
 
 from . import tree_order
 
-LEAF = 3     # this value as a node's axis marks a leaf, in trees that store siblings side by side
+LEAF = 3     # the axis of a leaf, in trees that store siblings side by side
 
 
 def is_sound(structure: Any, triangles: int) -> bool:
-    """Return what the structure's own method ``is_sound`` says: whether a builder could have made
-    the structure from ``triangles`` triangles. Without such a method, return true."""
+    """Return whether a builder could have made the structure from ``triangles`` triangles. The
+    structure's own method ``is_sound`` decides; without this method, return true."""
     check = getattr(structure, "is_sound", None)
     return check is None or check(triangles)
 
@@ -79,9 +79,9 @@ def each_once(order: np.ndarray, triangles: int) -> bool:
 
 def are_pairs(axis: np.ndarray, child: np.ndarray, count: np.ndarray, entries: int, depth: Any
               ) -> bool:
-    """Return whether nodes form a single tree of depth ``depth``, in which each child comes after
-    its parent, each right child directly follows its left sibling, and all leaves together contain
-    ``entries`` entries."""
+    """Return whether nodes form a single tree of this depth. Each child must come after its
+    parent, and each right child directly after its left sibling. The leaves must contain
+    ``entries`` entries in total."""
     inner = axis != LEAF
     nodes = np.flatnonzero(inner)
     left = child[nodes]
@@ -92,6 +92,6 @@ def are_pairs(axis: np.ndarray, child: np.ndarray, count: np.ndarray, entries: i
     has_parent = np.zeros(len(axis), bool)
     has_parent[left] = has_parent[left + 1] = True
     if not (len(axis) == 2 * len(nodes) + 1 and has_parent[1:].all()):
-        return False    # some node has no parent, so another has two
+        return False    # a node other than the root does not have exactly one parent
     children = np.where(inner, child, -1)
     return len(tree_order.levels(children, children + 1)) - 1 == depth

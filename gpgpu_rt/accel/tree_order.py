@@ -93,7 +93,7 @@ def kept_nodes(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray, cou
     kept = np.ones(len(held), bool)
     if len(held) > most:
         at = len(above) - most - 1
-        # Keep nodes whose parent holds more entries than the largest subtree that becomes a leaf.
+        # Drop the children of the nodes with the fewest entries.
         kept = above > np.partition(above, at)[at]
     return kept
 
@@ -111,8 +111,8 @@ def cut(inner: list[np.ndarray], left: np.ndarray, right: np.ndarray,
     -------
     inside : (n,) bool, whether a node remains an inner node
     left, right : (k,) int, the children of the k kept nodes
-    place : (n,) int64, the new position of each kept node, or of a dropped node's nearest kept
-        ancestor
+    place : (n,) int64, the new position of each node; for a dropped node, the position of its
+        nearest kept ancestor
     """
     place = np.cumsum(kept) - 1
     inside = kept & (left >= 0)

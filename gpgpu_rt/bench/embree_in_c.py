@@ -95,7 +95,7 @@ def _library() -> ctypes.CDLL:
 def packets(width: int, threads: int) -> Callable[[Scene, Workload], Callable[[], np.ndarray]]:
     """Return a function that prepares Embree for packets of ``width`` rays: 16, 8 or 1.
 
-    Embree is told that the rays are coherent or incoherent, whichever is faster.
+    The function tries Embree's hints for coherent and incoherent rays, and keeps the faster hint.
     """
     def prepare(scene: Scene, rays: Workload) -> Callable[[], np.ndarray]:
         library, tracer = _library(), (ctypes.c_void_p * 2)()

@@ -24,8 +24,8 @@ from .workloads import Workload
 # Traces all rays. Returns (n,) int, triangles or -1; with `any_hit`, (n,) bool, whether rays hit.
 Run = Callable[[], np.ndarray]
 CORES = cores()
-# trimesh's own engine gets blocks of this many rays. The engine tests all triangles near a ray's
-# line, tens of thousands in a room, and holds all tests of a block in memory at once.
+# Rays in a block for trimesh's own engine. The engine holds all triangle tests of a block in
+# memory: in a room, tens of thousands for each ray.
 BLOCK = 32
 
 
@@ -44,8 +44,8 @@ class Engine:
     threads : Number of threads.
     tile : Size of the image's tiles in pixels. The engine gets the rays tile by tile.
     robust : Whether the engine promises that no ray leaks at an edge or vertex.
-    absent : Function that returns the reason why the engine cannot run, or "". None if only
-        missing modules are a reason.
+    absent : Function that returns the reason why the engine cannot run, or "". None: the engine
+        runs if ``modules`` can be imported.
     """
 
     name: str

@@ -45,7 +45,7 @@ class Entry:
     bytes_a_triangle : Size of a method's tables, divided by the number of triangles.
     work : Name of a counter -> its value per ray; empty if the race counts no work. Each ray of a
         packet gets an equal share of the packet's value.
-    out_of : Number of all rays, if the entry traced only a part of them; else None.
+    out_of : Number of rays of the race, if the entry traced only some of these rays; else None.
     all_options : The options of the method's tracer, with defaults; empty for an engine.
         ``statistics`` is true if the race counts work, although the timed programs count nothing.
     """
@@ -90,9 +90,8 @@ class Entry:
         return max(self.seconds) / min(self.seconds)
 
     def verdict(self) -> str:
-        """Return "faster" or "slower" if the entry is so in every round, else "not told apart".
-
-        The result is "" for the baseline itself, and if the baseline did not run.
+        """Return "faster" or "slower" if the entry beats or trails the baseline in every round,
+        else "not told apart"; "" for the baseline, or if the baseline did not run.
         """
         if not self.over or self.name == EMBREE:
             return ""
@@ -133,7 +132,7 @@ def race(scene: str, kind: str, candidates: Sequence[tuple[str, dict[str, Any]]]
     candidates : pairs (method, options)
     size : side in pixels of the square image that the rays belong to
     runs : number of timed rounds, after a warm-up round. In a timed round, each entry first traces
-        once untimed, because the entry before it filled the caches with other data
+        once untimed, because the previous entry filled the caches
     engines : engines to time; missing engines, and engines that cannot trace the rays, are left
         out
     report : called with each line about progress

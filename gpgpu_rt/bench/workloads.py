@@ -120,7 +120,7 @@ def bounced(kind: str, bounces: int) -> str:
 
 
 def told(name: str) -> str:
-    """Return a workload's name for use in a sentence: without the number of bounces if it is 1."""
+    """Return a workload's name for use in a sentence: "mirror rays 1" becomes "mirror rays"."""
     return name.removesuffix(" 1")
 
 
@@ -212,9 +212,8 @@ def _hits(scene: str, name: str, size: int) -> Hits:
 
 
 def _traced(scene: Scene, rays: Workload) -> Hits:
-    """Trace a workload with kd-short-stack. Other kd-tree methods can use the same cached tree, so
-    a comparison that includes them builds the tree only once.
-    """
+    """Trace a workload with kd-short-stack, because other kd-tree methods can reuse the cached
+    tree."""
     with Tracer(scene, "kd-short-stack") as tracer:
         found = rays.trace(tracer)
     assert found is not None

@@ -1,8 +1,8 @@
 """Engines: calls the ray tracers that people install, all through the type `Trace`.
 
 Every engine is optional, and is imported only in the process that runs it. A wrapper is an engine
-that calls another engine of this table. A wrong answer is the wrapper's own error if the wrapped
-engine is also tested and gives the right answer for the ray.
+that calls another engine of this table. A wrapper's wrong answer is its own error if the wrapped
+engine is also tested and answers the ray correctly.
 """
 from __future__ import annotations
 

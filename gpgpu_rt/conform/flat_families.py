@@ -1,8 +1,8 @@
 """Flat families: scenes that are flat along an axis, and rays that start on or next to the scene.
 
 A scene lies at 0, 0.5 or 1000 on its axis, or at the next float32 value above or below. The scene
-may be tilted by a float32 spacing. A shadow ray that starts on a floor is an example. The distance
-of the ray's origin from the floor is less than the rounding errors along the other axes.
+may be tilted by a float32 spacing. In practice, a shadow ray starts so near a floor: the distance
+of its origin from the floor is less than the rounding errors along the other axes.
 """
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def _(n: int, seed: int) -> Case:
                 t_max=np.where(begins, np.inf, end))
 
 
-@family("segments", 42, "segments between two points: t in [0, 1], as shadow rays have it")
+@family("segments", 42, "segments between two points: t in [0, 1], as for shadow rays")
 def _(n: int, seed: int) -> Case:
     rng = np.random.default_rng(seed)
     triangles = bumpy_sphere(2)

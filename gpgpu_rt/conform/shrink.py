@@ -67,7 +67,7 @@ class Minimal:
 
 def minimal_cases(spec: Spec, known: Known, runner: Runner) -> list[Minimal]:
     """Return a minimal case for each kind of wrong answer that an engine gives in a family. A kind
-    is left out if none of the kind's first three rays, traced alone, shows the fault."""
+    is left out if its first three rays show no fault when each is traced alone."""
     part = slice(0, spec.engine.most)
     try:
         answers, _ = runner.trace(spec, known.case.part(part))

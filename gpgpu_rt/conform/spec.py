@@ -31,8 +31,8 @@ from .export import case_to_dict
 
 ENGINE, METHOD, FUNCTION, COMMAND = "engine", "method", "function", "command"
 PLACES = ("{cases}", "{answers}")
-# Time limit for a call of a program. `Runner` calls a program twice for its first case, and both
-# calls must fit into `runner.SECONDS`.
+# Time limit in seconds for a call of a program. For the first case, `Runner` calls a program
+# twice, and both calls must fit into `runner.SECONDS`.
 COMMAND_SECONDS = 120
 
 

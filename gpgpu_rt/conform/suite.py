@@ -34,7 +34,8 @@ class Row:
     family : The family's name.
     rays : Number of traced rays; 0 if the engine does not accept their t_min and t_max, gave no
         answer in an earlier family, or cannot be loaded.
-    undecidable : Number of rays for which a hit and a miss are both right, without wrong rays.
+    undecidable : Number of rays for which both a hit and a miss are right. Wrong rays
+        are not included.
     wrong : Number of wrong rays by kind (KINDS). After a crash, all ``rays`` count as CRASH.
     seconds : Time of the engine's call in seconds, with the construction of its structure.
     note : Why the engine crashed or traced no ray; else "".
@@ -127,8 +128,8 @@ def run(specs: Sequence[Spec], names: Iterable[str], rays: int = RAYS, seed: int
     OptionError
         a user's function cannot be loaded; raised before any engine runs
     """
-    # A wrapper comes after the engine that it wraps. Every engine has its own process, because an
-    # engine may change the state of its process; this project's methods share a process.
+    # A wrapper runs after its engine, whose wrong rays `_row` needs. Every engine has its own
+    # process, because an engine may change the state of its process. Methods share a process.
     ordered = sorted(dict.fromkeys(specs), key=lambda spec: bool(spec.engine.wraps))
     with ExitStack() as stack:
         runners = {key: stack.enter_context(Runner(seconds)) for key in map(_process_of, ordered)}
@@ -177,7 +178,7 @@ def _row(runner: Runner, spec: Spec, known: Known, wrong: dict[str, np.ndarray],
 
     Parameters
     ----------
-    wrong : engine -> its wrong rays, for the engines that answered before
+    wrong : engine -> (n,) bool, its wrong rays, for the engines that have already answered
     idle : engine -> the reason why the engine does not run any more
     """
     engine, none = spec.engine, dict.fromkeys(KINDS, 0)

@@ -22,9 +22,9 @@ from .tile_bounds import SIDE, TileBounds
 FEW, AT_ONCE = 1 << 16, 1 << 18
 # Rays in a row of the texture if the caller gives no shape.
 ROW = 1024
-# The result for a block of rays: the indices of invalid rays, exponents that scaled directions,
-# shifts that advanced origins (in units of t), and the start of all rays (origin and t_min).
-# Exponents or shifts are None if all are 0. The start is None if rays start differently.
+# Values of a block of rays: indices of invalid rays; exponents that scaled directions; shifts of
+# origins, in units of t; and the shared start (origin and t_min). Exponents or shifts are None if
+# all are 0. The start is None if rays start differently.
 _Laid = tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]
 _ON_MISS = {"t": np.inf, "u": 0, "v": 0, "triangle": -1}
 
@@ -188,8 +188,7 @@ class RayBatch:
         return {name: values[:self.count].copy() for name, values in fields.items()}
 
     def by_ray(self, texels: np.ndarray) -> np.ndarray:
-        """Convert (k, 4) texels of a texture of ``size`` to (n, 4) in the caller's order of rays.
-        """
+        """Return (n, 4) values in the caller's order of rays, from all texels of a texture."""
         if self.order is None:
             return texels[:self.count]
         began = time.perf_counter()
@@ -237,7 +236,7 @@ def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarr
         bad = ~well
         np.copyto(size, 0.5, where=bad)
         ill, alike = np.flatnonzero(bad), False
-        # `approach` moves infinite origins, but leaves NaN alone.
+        # Replace infinite origins by NaN, which `approach` does not move.
         if np.isinf(origins.take(ill, axis=0)).any():
             origins = origins.copy()
             origins[ill] = np.nan
@@ -253,7 +252,7 @@ def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarr
             origins, shift = approach(origins, directions, *bounds)
             if shift is not None:
                 t_min, t_max, alike = t_min - shift, t_max - shift, False
-        # Texels without a ray have t_max = -1. A shared t_min below -1 would make them valid.
+        # A shared t_min below -1 would turn texels without a ray into rays: their t_max is -1.
         start = np.float32([*origins[0], t_min[0]]) if (
             alike and _alike(t_min) and t_min[0] >= 0) else None
         into = planes if start is None else [None, *planes[1:]]

@@ -44,12 +44,11 @@ class EyeRays:
 
     def write(self, rays: RayTextures, camera: Camera, bounds: Bounds,
               aside: tuple[float, float] = (0.0, 0.0), region: Region | None = None) -> None:
-        """Write the eye rays of a whole image, or of a region, to textures of the same size.
+        """Write the eye rays of an image, or of a region of the image, to ``rays``.
 
         Parameters
         ----------
-        rays : the textures to write
-        camera : the camera
+        rays : textures of the size of the image or region
         bounds : the scene's (lo, hi)
         aside : offset of all rays from the pixel centres, in pixels
         region : the region of the image; by default the whole image

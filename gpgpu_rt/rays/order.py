@@ -27,11 +27,11 @@ DIRECTIONS = 1 << 6
 _GRAY = (0, 1, 3, 2, 6, 7, 5, 4)    # octants in Gray code order: neighbours differ in one sign
 AT_ONCE = 1 << 16   # rays copied as a block, which fits in a core's cache
 # Rays sorted as a block. Sorting each block by itself is faster, because a block stays in the
-# cache (docs/notes/packet-speed.md). Rays that follow each other in a picture's rows start near
-# each other anyway.
+# cache (docs/notes/packet-speed.md). Consecutive rays of a picture start near each other, so a
+# sort of all rays would gain little.
 BLOCK = 1 << 17
 # A block occupies a cell if a ray of the block starts there. Sort all rays together if a block
-# occupies, on average, at least this share of the cells that any block occupies.
+# occupies, on average, at least this share of the cells that all blocks together occupy.
 SCATTERED = 0.75
 
 
@@ -87,16 +87,8 @@ class RayOrder:
         return laid
 
     def back(self, values: np.ndarray) -> np.ndarray:
-        """Return the values of each ray in the caller's order, from the texels of a texture.
-
-        Parameters
-        ----------
-        values : (texels, ...), row by row
-
-        Returns
-        -------
-        (n, ...)
-        """
+        """Return (n, ...), the values of each ray in the caller's order. ``values`` are the texels
+        of a texture, (texels, ...), row by row."""
         count, (curve, _) = len(self.rays), _curve(self.size)
         by_channel = values.ndim == 2 and values.flags.f_contiguous     # true for hits of packets
         found = np.empty((self.count, *values.shape[1:]), values.dtype, "F" if by_channel else "C")
@@ -173,10 +165,7 @@ def _direction_codes(texels: np.ndarray) -> np.ndarray:
 
 
 def _near_one_another(keys: list[np.ndarray]) -> bool:
-    """Return whether the rays of a block start near one another; see SCATTERED.
-
-    Only every eighth ray is examined.
-    """
+    """Return whether the rays of a block start near one another; see SCATTERED."""
     cells = np.zeros((len(keys), 1 << 3 * ORIGIN_BITS), bool)
     for held, each in zip(cells, keys):
         held[each[::8] & len(held) - 1] = True
@@ -188,7 +177,7 @@ def _joined(parts: list[np.ndarray]) -> np.ndarray:
 
 
 def _whole(texels: np.ndarray) -> np.ndarray:
-    """View (n, 4) float32 texels as (n,) complex128, because numpy moves single values faster."""
+    """View (n, 4) float32 texels as (n,) complex128, which numpy moves faster than short rows."""
     return texels.view(np.complex128)[:, 0]
 
 

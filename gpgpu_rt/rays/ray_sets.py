@@ -68,7 +68,8 @@ def aimed_rays(scene: Any, n: int, seed: int, at: str = "vertices",
     n : number of rays
     seed : the seed of the random numbers
     at : "vertices" or "edges"
-    origin : (3,), shared by all rays; by default, uniform in the middle half of the scene's box
+    origin : (3,), shared by all rays; by default, uniform in the middle half of each axis of the
+        scene's box
 
     Raises
     ------

@@ -59,9 +59,8 @@ class RayTextures:
         return RayTextures(self.gpu, size, self.precision, self.after_hit)
 
     def fits(self, other: RayTextures, size: tuple[int, int] | None = None) -> bool:
-        """Return whether these textures hold the same kind of rays as ``other``, and fit ``size``.
-
-        By default, ``size`` is the size of ``other``.
+        """Return whether these textures have this ``size`` and hold the same kind of rays as
+        ``other``. By default, ``size`` is the size of ``other``.
         """
         return self.size == (size or other.size) and self.after_hit == other.after_hit
 
@@ -185,7 +184,7 @@ class StateBuffers(PingPong):
         return self._hits
 
     def write_states(self) -> None:
-        """Prepare for passes that write states. The next call of `hits` clears them again."""
+        """Prepare for passes that write states. The next call of `hits` clears the states."""
         release(self._hits)
         self._hits = None
 

@@ -34,7 +34,7 @@ class AllHits:
     t : (m,) float32, in units of the ray's |direction|
     u, v : (m,) float32, barycentric: p = (1 - u - v) v0 + u v1 + v v2
     triangle : (m,) int32, row of the scene's faces as given
-    status : (n,) uint8, as in ``Hits``; a ray with a status other than 0 may have more hits
+    status : (n,) uint8, as in ``Hits``; some hits may be missing for a ray whose status is not 0
     shape : shape of the rays, as in ``Hits``
     """
 
@@ -98,8 +98,8 @@ def collect(batch: RayBatch, trace: Round, max_hits: int | None = None) -> AllHi
         raise OptionError(f"max_hits is {max_hits}; give 0 or more, or None for all")
     fields = {**batch.given_fields(), "after": np.full(batch.count, -1)}
     status = batch.status()
-    # In the first round, trace rays with empty intervals too, so that packets match the tiles of
-    # the image. If the rays were sorted, `batch.order` already omits such rays.
+    # Trace rays with empty intervals too in the first round: without them, packets would not cover
+    # tiles of the image. If the rays were sorted, `batch.order` omits such rays.
     rays = np.arange(batch.count) if batch.order is None else batch.order.rays
     found: list[dict[str, np.ndarray]] = []
     height, width = batch.size[::-1]

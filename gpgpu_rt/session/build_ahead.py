@@ -88,7 +88,8 @@ def move_ahead(sessions: Sessions, positions: Iterable[np.ndarray]) -> Iterator[
     OptionError
         for a tracer with two methods, or if passes build a part of the accelerator
     SceneError, LimitError
-        at once for the first frame; for a later frame, after the move to the preceding frame
+        a frame cannot be built. The first frame's error is raised at once, a later frame's error
+        after the move to the preceding frame
     """
     if sessions.choices.differ:
         raise OptionError("building ahead needs a tracer with a single method, but this tracer "

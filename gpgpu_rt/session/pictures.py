@@ -38,7 +38,6 @@ class Pictures:
     def render(self, session: Session, camera: Camera | None, region: Region,
                integrator: str | None, progress: Progress | None, first_hits: str,
                options: Mapping[str, Any]) -> Image.Image:
-        """Return a picture of the session's scene."""
         drawer = self._drawer(session, region, integrator, options)
         drawer.progress = progress
         if first_hits != "traced" and not drawer.region.is_whole:
@@ -130,7 +129,6 @@ class Pictures:
             self.integrator.take(session.structure.shown)
 
     def bytes(self) -> int:
-        """Return the bytes of the integrator's textures."""
         return sum(self.integrator.bytes().values()) if self.integrator is not None else 0
 
     def release(self) -> None:

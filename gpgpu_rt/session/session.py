@@ -40,7 +40,7 @@ class Session:
     ----------
     structure : scene, accelerator and tables
     driver : runs the method's passes
-    eye_drivers : drivers for eye rays; the rasteriser finds the hits, or bounds their t
+    eye_drivers : drivers for eye rays, for which the rasteriser finds the hits or bounds of t
     buffers : textures of rays and states
     build_seconds, refit_seconds, rebuilt : as in ``Statistics``
     """

@@ -41,7 +41,7 @@ class Sessions:
 
     Attributes
     ----------
-    chosen : the kind of rays of the present session
+    chosen : COHERENT or INCOHERENT, the kind of rays that the present session traces
     statistics : the statistics of the last call
     pass_log : the passes of the last call, if the option ``statistics`` is on
     pictures : draws pictures with the rays of a session

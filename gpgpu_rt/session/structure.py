@@ -71,7 +71,7 @@ class Structure:
 
     @property
     def shown(self) -> Scene:
-        """The scene that hits lie on: the scene, or a coarser level of its surface."""
+        """The surface that rays hit: the scene, or a coarser level of the scene."""
         coarser = self.accelerator.shown
         return self.scene if coarser is None else replace(self.scene, triangles=coarser)
 
@@ -144,7 +144,7 @@ class Structure:
             self.scene, self.triangles = read_back
         if any(accelerator.tables[name] is not arrays
                for name, arrays in self.tables.written.items()):
-            # A table marks triangles without area, and a triangle lost or regained its area.
+            # Mark triangles without area again: a triangle lost or regained its area.
             self.write(self.method.tables_for(self.options), accelerator)
 
     def release(self) -> None:

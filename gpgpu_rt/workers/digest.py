@@ -9,8 +9,8 @@ from ..errors import Error
 
 
 def digest(value: Any) -> str:
-    """Return the SHA-256 digest of a value's pickle. A pickle holds functions and classes by name
-    only.
+    """Return the SHA-256 digest of a value's pickle. The digest depends on the names of functions
+    and classes, not on their code.
 
     Raises
     ------

@@ -24,8 +24,8 @@ def local_cluster(count: int | None, threads: int | None) -> Any:
     """
     import dask
     dask.config.set({"distributed.deploy.lost-worker-timeout": LOST})
-    # Create the cluster in a separate thread that blocks Ctrl-C. Then only the calling thread
-    # receives Ctrl-C, and the cluster's processes and their later replacements do not receive it.
+    # Create the cluster in a thread that blocks Ctrl-C. The cluster's processes, also restarted
+    # processes, inherit this block, and only the calling thread receives Ctrl-C.
     with dask.config.set({
             # A worker may be silent for minutes while it draws a pass.
             "distributed.scheduler.worker-ttl": None,

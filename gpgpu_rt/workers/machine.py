@@ -31,8 +31,8 @@ def taken(waiting: Callable[[], object] = lambda: None) -> Iterator[None]:
     """Return a context that holds the shared lock of this machine.
 
     Several processes can hold the shared lock at once, but only one thread of each process.
-    ``waiting`` is called before each wait: for the shared lock while another process holds the
-    exclusive lock, and for the exclusive lock of an `alone` within the context.
+    ``waiting`` is called before each wait: for the shared lock, and for the exclusive lock that
+    `alone` takes within the context.
 
     Notes
     -----

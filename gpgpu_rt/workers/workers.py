@@ -229,7 +229,8 @@ class Workers:
         Raises
         ------
         OptionError
-            as for ``Tracer.render``, and for ``noise``, which needs the whole picture
+            as for ``Tracer.render``, or if ``picture`` sets ``noise``, which needs the whole
+            picture
         """
         whole = Region.of(size, None)
         tiles = whole.tiles(tile)
@@ -309,8 +310,8 @@ class Workers:
 
     def shared(self, scene: Scene | str, method: str,
                options: Mapping[str, Any]) -> tuple[Any, ...]:
-        """Return the first arguments of all tasks that trace: the scene and its structures (both
-        futures), the scene's digest, the method and its options."""
+        """Return the first arguments of all tasks: the scene's future, the structures' future, the
+        scene's digest, the method and its options."""
         scene, row = load_scene(scene), find_method(method)
         if row.resolved(options).get("workers", 1) > 1:
             raise OptionError("a Dask worker cannot start processes for a build; leave the option "
@@ -382,8 +383,8 @@ def _in_a_line() -> Iterator[None]:
         raise Error("workers could not finish a part: workers died repeatedly; give each worker "
                     "more memory, if memory was the reason") from failure
     except (CancelledError, distributed.comm.CommClosedError) as failure:
-        raise Error("workers could not finish a part: their scheduler ended or cancelled it; "
-                    "start the scheduler again") from failure
+        raise Error("workers could not finish a part: their scheduler ended, or cancelled the "
+                    "part; start the scheduler again") from failure
     except ImportError as failure:
         raise Error(f"workers lack a module that a part needs ({failure}); install the same "
                     "gpgpu_rt on their machines") from failure

@@ -17,7 +17,7 @@ def plain(text: str) -> str:
 
 
 def code(text: str) -> str:
-    """Returns Markdown for code, also in a table."""
+    """Returns Markdown for code; a table can also contain this Markdown."""
     return f"`{text}`".replace("|", "\\|")
 
 

@@ -120,7 +120,6 @@ def meshes() -> dict[str, bytes]:
 
 
 def look_at(scene: rt.Scene, seed: int) -> None:
-    """Draw the scene if the seed is a multiple of RENDERED."""
     if seed % RENDERED == 0:
         with rt.Tracer(scene, "bvh-threaded") as tracer:
             tracer.render(size=(8, 8))
@@ -258,7 +257,6 @@ def _cache(folder: Path, rng: Rng) -> None:
 
 
 def _use_cache(folder: Path, seed: int) -> None:
-    """Trace with a mutated cache file."""
     path = next(folder.glob("*.npz"))
     method = next(name for build, name in STRUCTURES.items() if build.__name__ == path.stem)
     kept = folder / "cache"
