@@ -276,8 +276,9 @@ def test_of_all_methods_those_are_left_out_that_refuse_an_option(ball) -> None:
     assert "kd-stack" in left and "bvh-threaded" in left and "kd-restart" not in left
 
 
-@pytest.mark.parametrize("method", [row.name for row in methods() if not row.why_no_era_form()])
-@pytest.mark.parametrize("era, own", [("nv40", "fp32"), ("r420", "fp24")])
+@pytest.mark.parametrize("method, era, own", [
+    (row.name, era, own) for era, own in (("nv40", "fp32"), ("r420", "fp24")) for row in methods()
+    if not row.why_no_era_form(era)])
 def test_the_era_form_is_measured_in_the_numbers_of_its_chip(ball, method, era, own) -> None:
     """Number formats other than the chip's own are refused before rays are traced."""
     if era == "r420" and find_method(method).era_packets is not None:
