@@ -12,7 +12,6 @@
 #include "core/pointer.glsl"
 
 uniform ivec3 grid_resolution;
-uniform pointer slice_step;   // from a cell to the next cell along z
 uniform vec3 cell_size;
 
 // The t at which the ray leaves cell `cell` along each axis.
@@ -27,9 +26,17 @@ ivec3 cell_at(Ray ray, float t) {
     return clamp(ivec3(floor(at)), ivec3(0), grid_resolution - 1);
 }
 
+#ifdef TEXEL_POINTERS
+uniform pointer slice_step;   // from a cell to the next cell along z
+
 pointer cell_pointer(ivec3 cell) {
     return pointer_to(cell.x + grid_resolution.x * cell.y) + slice_step * cell.z;
 }
+#else
+int cell_pointer(ivec3 cell) {
+    return cell.x + grid_resolution.x * (cell.y + grid_resolution.y * cell.z);
+}
+#endif
 
 // Enter a cell at t. Continue with the cell's list, or walk on if the cell is empty.
 void visit(Ray ray, ivec3 cell, float t, inout State state) {
