@@ -54,13 +54,11 @@ NV40, as on its successor. The reason for this form: a program that needs many r
 has fewer pixels in flight, so fewer pixels can branch together. In `while-while, uncoalesced` each
 lane of G80 loads nodes and triangles in a memory transaction of its own. These loads bypass the
 texture cache. In `passes` each pass runs one kernel, and the early depth test rejects each quad of
-pixels without a waiting ray. In `passes, blocks` the early depth test rejects only whole blocks of
-8x8 pixels, in case the card's early depth was that coarse. In `packets` the 32 rays of a packet
-are the lanes of a warp. Each lane runs the kernels of a single ray at every node of its packet,
-and the warp loads a node or a triangle once. The packet visits the nodes that its two halves of
-4x4 rays visit, in an order that is not known. Votes and the shared stack are left out. On R580 a
-fragment traces a packet of 2x2 rays. Each component of a vector belongs to one of the four rays,
-and 48 packets branch together.
+pixels without a waiting ray. In `packets` the 32 rays of a packet are the lanes of a warp. Each
+lane runs the kernels of a single ray at every node of its packet, and the warp loads a node or a
+triangle once. The packet visits the nodes that its two halves of 4x4 rays visit, in an order that
+is not known. Votes and the shared stack are left out. On R580 a fragment traces a packet of 2x2
+rays. Each component of a vector belongs to one of the four rays, and 48 packets branch together.
 """
 PARTS = """The survey shows the papers' images only as small pictures and does not state their
 views. Cornell University's data and BART's files publish a view. Our images of cornell, kitchen

@@ -24,8 +24,7 @@ from .issue import (
     GROUPS, QUAD, STEP, WHILE_WHILE, WITHIN, KernelIssues, issued_in_loop, issued_in_passes
 )
 from .program_forms import (
-    BLOCKS, MEANINGS, PACKETS, PASSES, SAME_WALK, SINGLE_RAYS, SMALLER, SMALLER_GROUPS,
-    packets_in_loop
+    MEANINGS, PACKETS, PASSES, SAME_WALK, SINGLE_RAYS, SMALLER, SMALLER_GROUPS, packets_in_loop
 )
 from .trace import KernelTrace, record_trace
 from .warp_packets import growth
@@ -34,7 +33,6 @@ from .warp_packets import growth
 # tile exactly. Neighbours in a tile are neighbours in the image. TILES: tiles along an axis.
 TILE, TILES = 96, 2
 SPARSE = 128     # the image is also sampled at SPARSE x SPARSE pixels, evenly spread
-BLOCK = (8, 8)   # (h, w) of the pixels that the early depth test rejects together, under BLOCKS
 # Options for a trace with the era form's triangle test. A pass runs one step of every ray.
 STEPWISE = {"schedule": "step", "steps_per_pass": 1, "intersection": "moller-trumbore"}
 # The largest packet of a packet method. Two such packets make a warp's packet (warp_packets.py).
@@ -135,10 +133,8 @@ def count_issues(scene: Scene, samples: Samples, method: str, options: Mapping[s
              for form, order, lanes in ((WHILE_WHILE, WHILE_WHILE, group), (STEP, STEP, group),
                                         (SMALLER, STEP, smaller))
              if form in forms and lanes is not None}
-    if not packets:
-        passes = issued_in_passes(image)
-        found |= {form: _scaled(issued_in_passes(tiles, block=block), image, pixels, passes)
-                  for form, block in ((PASSES, QUAD), (BLOCKS, BLOCK)) if form in forms}
+    if not packets and PASSES in forms:
+        found[PASSES] = _scaled(issued_in_passes(tiles), image, pixels, issued_in_passes(image))
     return _counts(samples, found)
 
 

@@ -137,16 +137,15 @@ def _in_turns(steps: np.ndarray, within: np.ndarray) -> tuple[np.ndarray, int]:
             place += ran
 
 
-def issued_in_passes(trace: KernelTrace, choice: int = PASSES_A_CHOICE,
-                     block: tuple[int, int] = QUAD) -> KernelIssues:
+def issued_in_passes(trace: KernelTrace, choice: int = PASSES_A_CHOICE) -> KernelIssues:
     """Return the issues of the schedule ``kernels``, which runs one kernel per pass.
 
     For each kernel, an occlusion query counts the waiting rays. The host then draws ``choice``
-    passes of the kernel with the most waiting rays. The early depth test rejects a ``block`` of
-    (h, w) pixels if none of its rays waited for this kernel during the queries.
+    passes of the kernel with the most waiting rays. The early depth test rejects a quad if none of
+    its rays waited for this kernel during the queries.
     """
     count = len(trace.kernels)
-    steps = in_groups(trace.steps, block)
+    steps = in_groups(trace.steps, QUAD)
     padded = np.concatenate([steps, np.zeros((1, *steps.shape[1:]), np.uint8)])
     group, lane = np.arange(steps.shape[1])[:, None], np.arange(steps.shape[2])
     place = np.zeros(steps.shape[1:], np.int64)

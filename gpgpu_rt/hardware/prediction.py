@@ -22,8 +22,8 @@ from .machine_model import (
 )
 from .methods_on_cards import ERA, EraSize, era_refusals
 from .program_forms import (
-    BLOCKS, FORMS, PACKETS, PASSES, SAME_WALK, SINGLE_RAYS, UNCOALESCED, WARPS, counted_as,
-    forms_of, kernels_from, packets_in_loop
+    FORMS, PACKETS, PASSES, SAME_WALK, SINGLE_RAYS, UNCOALESCED, WARPS, counted_as, forms_of,
+    kernels_from, packets_in_loop
 )
 from .static_costs import StaticCost, era_methods, packet_methods, static_cost
 from .warp_packets import LANES
@@ -205,7 +205,7 @@ def time_of_image(card: Card, method: str, form: str, counts: Mapping[str, Any],
              for name, value in counts["issued"][counted_as(form)].items()}
     issued = KernelIssues(**found)
     costs, streams = compiled(card, method, form, issued.kernels, any_hit, options)
-    if form in (PASSES, BLOCKS):
+    if form == PASSES:
         return time_of_passes(card, issued, costs, streams, counts["pixels"], assumed)
     # A warp loads a packet's node or triangle once, into memory that its lanes share (Günther et
     # al. 2007; section 4.1 of the survey).
@@ -223,7 +223,7 @@ def compiled(card: Card, method: str, form: str, kernels: tuple[str, ...], any_h
     The parameters are those of `time_of_image`; ``kernels`` has the names of the kernels.
     """
     return _compiled(card.chip.lower(), kernels_from(method, form), kernels, any_hit,
-                     form not in (PASSES, BLOCKS), tuple(_own(method, form, options).items()))
+                     form != PASSES, tuple(_own(method, form, options).items()))
 
 
 @functools.cache

@@ -8,7 +8,7 @@ from __future__ import annotations
 from .issue import GROUPS, ORDERS, STEP, WHILE_WHILE
 from .static_costs import era_methods, packet_methods
 
-PASSES, BLOCKS, PACKETS = "passes", "passes, blocks", "packets"
+PASSES, PACKETS = "passes", "packets"
 # The form WHILE_WHILE (issue.py) on the G80, but each lane loads its own data.
 UNCOALESCED = "while-while, uncoalesced"
 # The form STEP on NV40, but about 256 pixels branch together, as on the 7800 GTX, the next card of
@@ -21,12 +21,11 @@ SMALLER_GROUPS = {"NV40": (16, 16)}
 # its times with the papers' times. R300 and R420 have no loops. The papers that measured on the
 # other cards used loops, but most of these papers do not state the order of the kernels.
 FORMS: dict[str, tuple[str, ...]] = {
-    "R300": (PASSES, BLOCKS), "R420": (PASSES, BLOCKS),
+    "R300": (PASSES,), "R420": (PASSES,),
     "NV40": (STEP, SMALLER, WHILE_WHILE, PASSES), "R580": (WHILE_WHILE, STEP, PASSES),
     "G80": (WHILE_WHILE, STEP, UNCOALESCED)}
 MEANINGS = {
     PASSES: "one kernel per pass",
-    BLOCKS: "one kernel per pass; the early depth test rejects only whole blocks of 8x8 pixels",
     STEP: "a loop; an iteration runs one step of each ray",
     SMALLER: "a loop; an iteration runs one step of each ray; 256 pixels branch together",
     WHILE_WHILE: "a loop with an inner loop for each kernel",
@@ -62,7 +61,7 @@ def forms_of(method: str, chip: str) -> tuple[str, ...]:
     if SAME_WALK.get(method, method) not in era_methods():
         return ()
     if method in SAME_WALK:
-        return tuple(form for form in forms if form not in (PASSES, BLOCKS))
+        return tuple(form for form in forms if form != PASSES)
     return (PASSES,) if method == "brute-force" else forms
 
 

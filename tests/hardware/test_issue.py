@@ -233,12 +233,13 @@ def test_each_assumption_is_halved_and_doubled() -> None:
 
 
 @pytest.mark.parametrize("seed", range(3), ids="seed{}".format)
-def test_coarser_early_depth_runs_more_lanes_in_the_same_passes(seed: int) -> None:
-    kernels = np.random.default_rng(seed).integers(0, 3, (6, 16, 16)).astype(np.uint8)
+def test_early_depth_rejects_quads_without_a_waiting_ray(seed: int) -> None:
+    """If the rays of each quad take the same steps, no lane waits. Otherwise, lanes wait."""
+    kernels = np.random.default_rng(seed).integers(0, 3, (6, 8, 8)).astype(np.uint8)
     kernels[np.cumsum(kernels == 0, axis=0) > 0] = 0      # a ray that has ended stays ended
-    trace = KernelTrace(("down", "intersect"), kernels)
-    each, quads, blocks = (issued_in_passes(trace, 1, block) for block in (
-        (1, 1), (2, 2), (16, 16)))
-    assert each.runs == quads.runs == blocks.runs == each.lanes      # blocks of 1x1: no lane waits
-    assert each.passes == quads.passes == blocks.passes
-    assert sum(each.lanes) < sum(quads.lanes) < sum(blocks.lanes) == 256 * sum(blocks.passes)
+    alike = kernels.repeat(2, axis=1).repeat(2, axis=2)
+    equal, mixed = (issued_in_passes(KernelTrace(("down", "intersect"), steps), 1)
+                    for steps in (alike, kernels))
+    assert equal.lanes == equal.runs == tuple(4 * runs for runs in mixed.runs)
+    assert equal.passes == mixed.passes
+    assert all(lanes > runs and lanes % 4 == 0 for lanes, runs in zip(mixed.lanes, mixed.runs))

@@ -26,7 +26,7 @@ from gpgpu_rt.hardware.issue import (
 from gpgpu_rt.hardware.loop_costs import setup_slots
 from gpgpu_rt.hardware.machine_model import stream_fetches, time_of_loop, time_of_passes
 from gpgpu_rt.hardware.prediction import limit_of, predict, why_no_time
-from gpgpu_rt.hardware.program_forms import BLOCKS, FORMS, MEANINGS, PASSES, SINGLE_RAYS, forms_of
+from gpgpu_rt.hardware.program_forms import FORMS, MEANINGS, PASSES, SINGLE_RAYS, forms_of
 from gpgpu_rt.hardware.static_costs import era_programs, static_cost
 from gpgpu_rt.hardware.trace import record_trace
 from gpgpu_rt.methods import built_in_methods, find_method
@@ -70,8 +70,7 @@ def test_a_packet_method_says_which_cards_can_run_its_packets(name: str) -> None
 
 @pytest.mark.parametrize("chip", FORMS)
 def test_a_stack_in_a_local_array_needs_a_loop(chip: str) -> None:
-    assert set(forms_of("kd-stack", chip)) == (
-        set(forms_of("kd-texture-stack", chip)) - {PASSES, BLOCKS})
+    assert set(forms_of("kd-stack", chip)) == set(forms_of("kd-texture-stack", chip)) - {PASSES}
     assert bool(forms_of("kd-stack", chip)) == bool(find_card(chip).branching)
 
 
