@@ -17,10 +17,10 @@ class Trial:
 
     Attributes
     ----------
-    rates : rays per second, by the number of rays that were timed together.
+    rates : Rays per second, by the number of rays that were timed together.
     texture_bytes : Bytes with 2^18 rays in flight.
-    finding : errors against the reference; None if they were not measured
-    misses : for each bound that is not kept, the measured value divided by the bound
+    finding : Errors against the reference; None if they were not measured.
+    misses : For each bound that is not kept, the measured value divided by the bound.
     outcome : "chosen", "missed", "slower", "not possible" or "not reached"
     note : the reason for the outcome, as text
     """

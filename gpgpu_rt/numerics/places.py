@@ -2,14 +2,13 @@
 hits.
 
 Two hits of a ray belong to the same place if their t are equal within the float32 error bounds of
-``error_bounds.py``. There are three exceptions:
+``error_bounds.py``. There are three exceptions.
 
-- Hits at equal t belong to two places if float64 proves both hits, and that their t differ.
-- Hits at equal t also belong to two places if float64 disproves one hit, and the surface does not
-  continue from the other triangle into the missed triangle. The ray then passes beside the missed
-  triangle, which belongs to another part of the mesh.
-- Hits at different t belong to the same place if float64 disproves one hit, and the surface
-  continues from one triangle to the other.
+First: hits at equal t belong to two places if float64 proves both hits, and that their t differ.
+Second: the same holds if float64 disproves one hit, and the surface does not continue from the
+other triangle into the missed triangle. The ray then passes beside the missed triangle, which
+belongs to another part of the mesh. Third: hits at different t belong to the same place if float64
+disproves one hit, and the surface continues from one triangle to the other.
 """
 from __future__ import annotations
 

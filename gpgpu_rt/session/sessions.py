@@ -36,15 +36,15 @@ class Sessions:
 
     Parameters
     ----------
-    choices : the method and the options for each kind of rays
-    rows : the result of ``choices.resolved()``
+    choices : The method and the options for each kind of rays.
+    rows : The result of ``choices.resolved()``.
 
     Attributes
     ----------
-    chosen : COHERENT or INCOHERENT, the kind of rays that the present session traces
-    statistics : the statistics of the last call
-    pass_log : the passes of the last call, if the option ``statistics`` is on
-    pictures : draws pictures with the rays of a session
+    chosen : COHERENT or INCOHERENT, the kind of rays that the present session traces.
+    statistics : The statistics of the last call.
+    pass_log : The passes of the last call, if the option ``statistics`` is on.
+    pictures : Draws pictures with the rays of a session.
     """
 
     def __init__(self, choices: Choices, rows: dict[str, tuple[Method, dict[str, Any]]],
