@@ -35,7 +35,7 @@ def rows(data: Path, full: bool) -> list[PredictedRow]:
 
 
 def scored(found: Sequence[PredictedRow]) -> list[PredictedRow]:
-    """Return the rows that are scored (`PredictedRow.scored`), each published number once."""
+    """Return the scored rows (`PredictedRow.scored`) without the column REPEATED."""
     return [row for row in found
             if row.scored and (row.figure.name, row.column.label) != REPEATED]
 

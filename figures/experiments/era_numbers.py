@@ -39,8 +39,8 @@ compares the eye rays of an image with the exact hits: the hits in fp32 with the
 which are the same for all methods of this program. Some rays with an exact hit have *no hit* in
 the row's format, and some hit *another triangle*. Where two surfaces meet, both triangles may lie
 at the same distance, and rounding then decides which triangle is hit. A *false hit* is the hit of
-a ray that has no exact hit. Shares are of the rays with an exact hit. The median error of t is
-relative, over the rays that hit the same triangle in both formats.
+a ray that has no exact hit. Shares are of the rays with an exact hit. The error of t is divided by
+the exact t. Its median is over the rays that hit the right triangle.
 
 R300 and R420 could not run the rows marked with `(index)`, because fp24 holds no index beyond
 131,072 and a table of these rows has more texels. NV25's numbers have about 64 steps across a
@@ -98,7 +98,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
 
 
 def beyond_index(scene: str, label: str) -> bool:
-    """Return whether a row runs in fp24, and a table has more texels than R420 can index."""
+    """Return whether a row in fp24 needs a table with more texels than R420 can index."""
     method, options = FORMATS[label]
     if dict(options).get("era") != "r420":
         return False

@@ -55,8 +55,8 @@ def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
 def cells_of(scene: str, full: bool) -> list[Cell]:
     """Return the cells of a scene.
 
-    Methods that take minutes are left out: ``brute-force``, and methods without the schedule
-    `loop` on the bunny. ``brute-force`` finds the same hits as the grid.
+    Methods that take minutes are left out: ``brute-force``, which finds the same hits as the grid;
+    and on the bunny, methods without the schedule `loop`.
     """
     found = []
     for row in rt.methods():
@@ -203,8 +203,8 @@ def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],
              f"reference. RMSE and FLIP compare a picture of {picture} pixels a side (fewer for "
              "slow methods) with the reference's picture. The error of t is relative, and MB is "
              "the size of all textures. In the chart, a hollow mark is a setting without a "
-             "wrong ray, at the upper 95 % confidence bound of its wrong share. Rays that a step "
-             "cap stopped count as unfinished."
+             "wrong ray. Its height is the upper 95 % confidence bound of the wrong share. Rays "
+             "that a step cap stopped count as unfinished."
              + ("" if full else " FULL=1 also measures fp24 and the options of every method. For "
                 + ", ".join(SLOW) + " and packets it also measures low precision; this takes "
                 "minutes."),

@@ -21,7 +21,7 @@ from .predicted_times import PaperCard, PredictedRow
 from .published_numbers import nanoseconds, published_row, published_triangles
 from .results import read
 
-LOW = 0.8    # if tau-b (kendall.py) of our times is lower, the page explains each differing pair
+LOW = 0.8    # if tau-b (kendall.py) of our times is lower, the page lists the pairs out of order
 ACROSS = 2   # number of panels in a row of a chart
 TIE = 1.05   # published numbers within this factor count as equal
 TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, because this test was in "
@@ -293,12 +293,12 @@ class Comparison:
                  "triangles a ray", "passes"), table))
             turned = _turned([row for (one, _), row in predicted.items() if one == panel])
             if turned:
-                parts.append("Where the predicted order differs:\n\n" + "\n".join(
-                    f"* {line}" for line in turned) + "\n")
+                parts.append("Where the predicted order differs from the published order:\n\n"
+                             + "\n".join(f"* {line}" for line in turned) + "\n")
             explained = self._explained(panel, results) if taus[panel][1] < LOW else []
             if explained:
-                parts.append("Where the order differs here:\n\n" + "\n".join(
-                    f"* {line}" for line in explained) + "\n")
+                parts.append("Where the order differs here from the published order:\n\n"
+                             + "\n".join(f"* {line}" for line in explained) + "\n")
         if self.paper_card is not None:
             size = self.paper_card.size
             parts.append(f"Predicted: the time that the {self.paper_card.card.name} would have "

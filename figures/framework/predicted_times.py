@@ -29,8 +29,7 @@ if TYPE_CHECKING:
 
 BUILT_IN = ("cornell", "tenk")     # scenes that need no mesh
 # The fewest instructions of a triangle test: three dot products, for t, u and v. If all rays start
-# at one point, everything else can be computed in advance per triangle. A pipe issues one
-# instruction per clock.
+# at one point, everything else can be computed in advance per triangle.
 LEAST_TEST = 3
 
 

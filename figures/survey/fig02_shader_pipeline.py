@@ -4,7 +4,7 @@ A stage's inputs and outputs are read from linked programs, queries and bound te
 shows two draws:
 
 * a full-screen pass of `kd-restart`: each ray is a fragment;
-* a pass of the `ray-engine`: the vertices are corners of quads, and a quad carries a triangle.
+* a pass of the `ray-engine`: each quad covers the rays that test one triangle.
 """
 from __future__ import annotations
 
