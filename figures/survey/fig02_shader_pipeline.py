@@ -45,8 +45,7 @@ class PipelineDraw:
     primitives : number of triangles that the rasteriser received.
     fragments : number of fragments that the framebuffer received.
     textures : the sampled textures, name -> (width, height, channels, type).
-    by_fragments : the textures that the vertex program's text does not declare. So the fragment
-        program samples them.
+    by_fragments : the textures that only the fragment program samples.
     targets : the render targets, (width, height, channels, type) each.
     """
 
