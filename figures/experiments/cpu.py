@@ -27,7 +27,7 @@ HUGE = ("sodahall",)     # only in full runs, because the stand-in for the scene
 
 @dataclass(frozen=True)
 class EngineColumn:
-    """A way to trace rays. ``threads`` is None for fragment programs."""
+    """An engine with options. ``threads`` is None for fragment programs."""
 
     label: str
     method: str

@@ -52,7 +52,7 @@ def parts(found: Sequence[PredictedRow]) -> dict[str, tuple[int, float]]:
             [row for row in found if row.published_view],
             "rays whose view or light is chosen here":
             [row for row in found if not row.published_view],
-            "without the published times that are too short to test every triangle":
+            "all but published times that are too short to test every triangle":
             [row for row in found if not row.ruled_out]}
     return {name: (len(scored(rows)), median_miss(rows)) for name, rows in some.items()}
 

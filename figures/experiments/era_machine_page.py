@@ -165,15 +165,12 @@ def _bar(what: str, value: float, most: float) -> str:
 
 
 def _sizes(found: Sequence[PredictedRow]) -> str:
-    """Return a sentence with the image size of each figure."""
     sizes = {row.figure.name: row.paper_card.size for row in found}
     return ("A prediction depends on the image size, and is for the size of the paper's images: "
             + ", ".join(f"{size}x{size} pixels in {name}" for name, size in sizes.items()) + ".")
 
 
 def _view(row: PredictedRow) -> str:
-    """Return words for the view: chosen here, published, or published with a light that is chosen
-    here."""
     if row.panel.scene not in VIEWS:
         return "chosen"
     return "published" if row.published_view else "published; light chosen"

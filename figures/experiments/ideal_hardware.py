@@ -207,7 +207,6 @@ def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:
 
 
 def _cell_sentence(times: dict[tuple[str, str, str], list[Any]], scene: str) -> str:
-    """Return sentences on the Cell's rate with a BVH, as in Benthin et al., and on shading."""
     if (scene, BVH, "Cell, transfers hidden") not in times:
         return ""
     row, cell = times[scene, BVH, "Cell, transfers hidden"], machines()["Cell"]

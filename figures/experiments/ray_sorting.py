@@ -76,7 +76,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure.tight_layout(rect=(0, 0.04, 1, 1))
     save_chart(figure, out / "ray_sorting.png", note, "Bars show the time to trace rays unsorted "
                "and sorted, with the time of the sort, and the different nodes that a tile of 64 "
-               "rays must visit in both orders")
+               "rays must visit in each order")
 
 
 def _page(times: list[tuple], alike: list[tuple[str, dict[str, float]]], note: str) -> str:

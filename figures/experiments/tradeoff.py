@@ -132,7 +132,6 @@ def _label(row: dict[str, Any]) -> str:
 
 def _chart(rows: list[dict[str, Any]], fronts: dict[str, list[dict[str, Any]]], path: Path,
            footnote: str) -> None:
-    """Draw both errors against the rate, with a column of charts for each scene."""
     figure, axes = plt.subplots(2, len(fronts), squeeze=False,
                                 figsize=(2.5 + 7.5 * len(fronts), 12))
     named = []
@@ -149,7 +148,7 @@ def _chart(rows: list[dict[str, Any]], fronts: dict[str, list[dict[str, Any]]], 
                for word, (colour, marker) in LOOKS.items()]
     handles += [plt.Line2D([], [], marker="o", linestyle="", color="#555555", fillstyle="none",
                            label="none wrong: 95 % bound"),
-                plt.Line2D([], [], color="#bbbbbb", label="no setting is faster and more exact")]
+                plt.Line2D([], [], color="#bbbbbb", label="no setting beats these in both")]
     figure.legend(handles=handles, frameon=False, fontsize=9, ncols=5, loc="upper left")
     figure.tight_layout(rect=(0, 0.03, 1, 0.96))
     for axis, points in named:

@@ -35,13 +35,7 @@ LEAST_TEST = 3
 
 @dataclass(frozen=True)
 class PaperCard:
-    """The card on which a paper measured.
-
-    Attributes
-    ----------
-    chip : the card's chip
-    size : pixels per side of the paper's images
-    """
+    """The card on which a paper measured, and ``size``, the pixels per side of its images."""
 
     chip: str
     size: int
@@ -72,7 +66,6 @@ class PredictedRow:
     Attributes
     ----------
     figure : the figure, which has a ``paper_card``
-    form : the form of the programs
     published : nanoseconds per ray, or per pixel of a picture
     counts : kind of rays -> result of `image_issues.measure`
     stand_in : whether the scene's mesh is missing; the prediction is then not scored
