@@ -61,7 +61,6 @@ def draw_flow(axis: Any, passes: Sequence[Issued], words: Mapping[str, str]) -> 
 
 
 def _join(axis: Any, lanes: list[float], y: float, colour: str, outward: bool) -> None:
-    """Draw a line between a kernel and its streams, with a dot on each stream."""
     if not lanes:
         return
     axis.plot([4.45, max(lanes)], [y, y], color=colour, linewidth=0.9, zorder=1)

@@ -30,8 +30,8 @@ def kinds_of(passes: Iterable[Issued]) -> dict[str, tuple[Issued, int]]:
 
 
 def record_of(sampler: str) -> str:
-    """The record that a texture holds: "state_texel_0" -> "state", "triangle_table" -> "triangle
-    table".
+    """Return the record that a sampler names: "state_texel_0" -> "state", "triangle_table" ->
+    "triangle table".
     """
     name = sampler.rsplit("_texel_", 1)[0]
     return name.removesuffix("_table") + " table" if name.endswith("_table") else name
@@ -52,9 +52,9 @@ def issued(passes: Iterable[ObservedPass], left_out: tuple[str, ...] = ()) -> li
     left_out : names of passes that are not returned, such as passes that only count rays
     """
     kept = [one for one in passes if kernel_of(one) not in left_out]
-    # A sampler that a program does not read may be bound to any texture. Leave out such a read:
-    # the texture's record differs from the sampler's record. A texture's record is the record of
-    # the target that wrote the texture. If no pass wrote it, the sampler gives the record.
+    # A sampler that its program does not use may be bound to any texture. Leave out a read if the
+    # sampler does not name the texture's record: the record that a pass wrote into the texture.
+    # If no pass wrote the texture, its first sampler names its record.
     names: dict[int, str] = {}
     for one in kept:
         for record in one.target.records if isinstance(one.target, Target) else ():

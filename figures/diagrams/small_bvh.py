@@ -51,9 +51,9 @@ class Hierarchy:
         return self.bvh.order[first:first + self.bvh.count[node]].tolist()
 
     def hit_link(self, node: int) -> int | None:
-        """The next node for a ray that hits this node's box: the next node of the array.
+        """The node that a ray visits after it hits this node's box; None ends the walk.
 
-        None ends the walk. A leaf's hit link equals its miss link.
+        A leaf's hit link equals its miss link.
         """
         return node + 1 if node + 1 < len(self) else None
 

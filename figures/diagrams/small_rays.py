@@ -1,4 +1,4 @@
-"""Small rays: traces mirrored rays in a plane by `ray-hierarchy`. Triangles cross this plane."""
+"""Small rays: rays of one plane, traced by `ray-hierarchy`. Triangles cross this plane."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -47,7 +47,8 @@ class Round:
     Attributes
     ----------
     pairs : (n, 2), the triangle and the node of each pair
-    slots : (n, 4, 2), a pair for each child of the node; -1 if no ray of the child can hit
+    slots : (n, 4, 2), for each child of the node a pair of the same triangle and the child; -1 if
+        no ray of the child can hit the triangle
     """
 
     level: int

@@ -117,7 +117,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Walk:
-    """The walk of the ray by one method: each step, and the tracer's hit with its counters."""
+    """The steps of the ray by one method, and the tracer's hits with step counters."""
 
     method: str
     steps: list[Step]

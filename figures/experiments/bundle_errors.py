@@ -135,8 +135,8 @@ def left_out(scene: rt.Scene, seen: Visible, size: int) -> np.ndarray:
     """Return the pixels that the comparison leaves out, (size, size) bool.
 
     These are the pixels of lamps, of the background and of edges, and all neighbours of these
-    pixels. In these pixels, the path tracer averages over the whole pixel, but bundles gather
-    at only a few places.
+    pixels. There the light changes within a pixel: the path tracer averages over the pixel, but
+    bundles gather at only a few places.
     """
     emits = np.array([m.emits for m in scene.materials])[scene.material_of]
     rest = (emits[seen.hits.triangle] | ~seen.hits.hit).reshape(FINER * size, -1, 1)

@@ -56,7 +56,7 @@ def scene_of(name: str) -> rt.Scene:
 
 def measure(name: str, method: str, options: dict[str, Any], size: int, runs: int
             ) -> dict[str, Any]:
-    """Compare photons of caustics mapping, which rasterises, with traced photons.
+    """Compare the photons that caustics mapping rasterises with traced photons.
 
     In the result, ``seconds`` has the times of the mapping and of the tracing; their runs
     alternate. The mapping improves its estimate of a photon's distance to the receiver in steps.

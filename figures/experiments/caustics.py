@@ -39,8 +39,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
             "and their time includes numpy's work between passes")
     write_text(out / "caustics.md", (
         "# Caustics mapping\n\n"
-        "Caustics mapping finds the point where a photon lands by a search in an image of the "
-        "scene as the light sees it. For comparison, the same photons are traced as rays through "
+        "To find the point where a photon lands, caustics mapping searches an image of the scene "
+        "as the light sees it. For comparison, the same photons are traced as rays through "
         "the same refractor and added to a second map of the same kind. Renderer and settings: "
         + note + ".\n\n"
         "* Times as fast: the time of the traced photons divided by the time of caustics mapping, "

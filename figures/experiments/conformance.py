@@ -42,8 +42,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
                        [_sums([row for row in rows if row.engine == name]) for name in engines]),
         *(["Engines that were not run:\n", *missing, ""] if missing else []),
         "## By family\n\nFor each engine the table has the number of wrong rays out of the rays "
-        "cast. A dash means that the engine does not accept the family's t_min or t_max, or gave "
-        "no answer in an earlier family.\n",
+        "cast. A dash means that the engine was not run: it does not accept the family's t_min or "
+        "t_max, or gave no answer in an earlier family.\n",
         _families(rows, engines)]))
     draw_chart(rows, str(out / "conformance.png"))
 

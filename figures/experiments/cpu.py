@@ -27,7 +27,7 @@ HUGE = ("sodahall",)     # only in full runs, because the stand-in for the scene
 
 @dataclass(frozen=True)
 class EngineColumn:
-    """A way to trace rays. ``threads`` is None for fragment programs."""
+    """An engine with options. ``threads`` is None for fragment programs."""
 
     label: str
     method: str
@@ -102,8 +102,7 @@ def rows(data: Path, full: bool) -> list[dict[str, Any]]:
 
 
 def findings(found: list[dict[str, Any]]) -> list[str]:
-    """Sentences on section 4.2's question: how efficient are fragment programs, compared with the
-    CPU?"""
+    """Return sentences that compare the CPU with fragment programs, as section 4.2 does."""
     survey = said_by_survey()
     ratio = (survey["gpu"] / survey["gpu_peak"]) / (survey["cpu"] / survey["cpu_peak"])
     scaled = survey["cpu"] * survey["gpu_peak"] / survey["cpu_peak"]
@@ -124,8 +123,8 @@ def findings(found: list[dict[str, Any]]) -> list[str]:
                 f"per second as {cpu['traced_by']}")
         if best["rays_per_gflop"] and cpu["rays_per_gflop"]:
             apart = cpu["rays_per_gflop"] / best["rays_per_gflop"]
-            line += (f"; for each GFLOP, {number(apart)} times as many rays are traced by "
-                     f"{cpu['traced_by']} ({number(1 / ratio)} times as many in the survey)")
+            line += (f"; for each GFLOP, {cpu['traced_by']} traces {number(apart)} times as many "
+                     f"rays as {best['traced_by']} (in the survey {number(1 / ratio)} times)")
         lines.append(line + ".")
     return lines
 

@@ -32,7 +32,7 @@ RUNS = 5       # timed runs of the fragment program, after a warm-up run
 def peak(count: int) -> dict[str, Any]:
     """Return arithmetic rates of the processor, in FLOP/s of single precision.
 
-    ``count`` threads matter only for the nominal rate.
+    Only the nominal rate depends on ``count``, the number of threads.
 
     Returns
     -------

@@ -35,7 +35,7 @@ def rows(data: Path, full: bool) -> list[PredictedRow]:
 
 
 def scored(found: Sequence[PredictedRow]) -> list[PredictedRow]:
-    """Return the rows that are scored (`PredictedRow.scored`), each published number once."""
+    """Return the scored rows (`PredictedRow.scored`) without the column REPEATED."""
     return [row for row in found
             if row.scored and (row.figure.name, row.column.label) != REPEATED]
 
@@ -52,7 +52,7 @@ def parts(found: Sequence[PredictedRow]) -> dict[str, tuple[int, float]]:
             [row for row in found if row.published_view],
             "rays whose view or light is chosen here":
             [row for row in found if not row.published_view],
-            "without the published times that are too short to test every triangle":
+            "all but published times that are too short to test every triangle":
             [row for row in found if not row.ruled_out]}
     return {name: (len(scored(rows)), median_miss(rows)) for name, rows in some.items()}
 

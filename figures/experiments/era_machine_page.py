@@ -38,13 +38,13 @@ The model leaves out misses of the texture cache, shading, transfers, and passes
 set them up. A card's limit on loop iterations adds passes, which the model leaves out, too. It
 also leaves out latency that is exposed when too few fragments are in flight. The vendors'
 compilers may have needed fewer instructions than Mesa's; on NV40, Mesa needs three instructions
-for a selection. For NV40 an instruction on this page is a clock of a pipe, in which the pipe's two
-units may issue several of Mesa's operations. Each kernel of a loop was compiled as a separate
-program. The instructions that move the state to this program's outputs therefore count, although
-the loop does not need them. Kernels of packets of 2x2 rays write only the fields that they change,
-so fewer moves count: about one in 30 instructions is such a move. Published numbers do not
-separate these causes. If a prediction misses a bar (a target below), the page cannot say which
-cause is to blame.
+to select one of two values. An instruction of NV40 on this page means a clock of a pipe. In a
+clock, the pipe's two units may issue several operations. Each kernel of a loop was compiled as a
+separate program. The instructions that move the state to this program's outputs therefore count,
+although the loop does not need them. Kernels of packets of 2x2 rays write only the fields that
+they change, so fewer moves count: about one in 30 instructions is such a move. Published numbers
+do not separate these causes. If a prediction misses a bar (a target below), the page cannot say
+which cause is to blame.
 
 The first form of a figure's programs is scored. Most papers do not publish the order of their
 loops, so the choice of the form is an assumption too; the table also lists the other forms. In
@@ -163,15 +163,12 @@ def _bar(what: str, value: float, most: float) -> str:
 
 
 def _sizes(found: Sequence[PredictedRow]) -> str:
-    """Return a sentence with the image size of each figure."""
     sizes = {row.figure.name: row.paper_card.size for row in found}
     return ("A prediction depends on the image size, and is for the size of the paper's images: "
             + ", ".join(f"{size}x{size} pixels in {name}" for name, size in sizes.items()) + ".")
 
 
 def _view(row: PredictedRow) -> str:
-    """Return words for the view: chosen here, published, or published with a light that is chosen
-    here."""
     if row.panel.scene not in VIEWS:
         return "chosen"
     return "published" if row.published_view else "published; light chosen"
@@ -209,5 +206,5 @@ def _chart(found: Sequence[PredictedRow], out: Path) -> None:
     figure.tight_layout(rect=(0, 0.04, 1, 0.97))
     save_chart(figure, out / "era_machine.png", "The time of idle lanes is shown as waiting "
                "lanes. A kernel's other time counts for the resource that bounds the kernel.",
-               "Bars show which resource of a card bounds the predicted time of each method, "
-               "as a share of the time")
+               "Bars show for each method which share of its predicted time each resource of a "
+               "card bounds")

@@ -37,12 +37,11 @@ compares the eye rays of an image with the exact hits: the hits in fp32 with the
 which are the same for all methods of this program. Some rays with an exact hit have *no hit* in
 the row's format, and some hit *another triangle*. Where two surfaces meet, both triangles may lie
 at the same distance, and rounding then decides which triangle is hit. A *false hit* is the hit of
-a ray that has no exact hit. Shares are of the rays with an exact hit. The median error of t is
-relative, over the rays that hit the same triangle in both formats.
+a ray that has no exact hit. Shares are of the rays with an exact hit. The error of t is divided by
+the exact t. Its median is over the rays that hit the right triangle.
 
-NV25's numbers have about 64 steps across a
-scene. The fixed point of the Ray Engine is a reconstruction
-(`glsl/methods/ray_engine/fixed_point.glsl`).
+NV25's numbers have about 64 steps across a scene. The fixed point of the Ray Engine is a
+reconstruction (`glsl/methods/ray_engine/fixed_point.glsl`).
 The era form has the triangle test of the papers and no slack around boxes. `docs/era.md` says
 which hits its kd-trees lose.
 """

@@ -24,7 +24,6 @@ def measure(method: str, options: dict[str, Any], rays: int) -> dict[str, dict[s
 
 @functools.cache
 def _known(name: str, rays: int) -> tuple[Case, rt.Hits]:
-    """Return a case and the reference's hits, cached for all settings that a process measures."""
     case = make_case(name, rays, SEED)
     return case, rt.reference.trace(case.triangles, *case.rays, accelerated=True)
 

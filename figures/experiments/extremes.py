@@ -92,7 +92,6 @@ def _csv_row(name: str, cell: Cell, r: dict[str, Any]) -> list[Any]:
 
 
 def _plain_table(plain: dict[str, dict[str, Any]]) -> str:
-    """The table of the defaults, with a row for each case and a column for each method."""
     rows = []
     for name, kind in FAMILIES.items():
         mine = {method: cases[name] for method, cases in plain.items() if name in cases}

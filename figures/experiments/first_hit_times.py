@@ -1,7 +1,8 @@
 """First hit times: compares rasterised first hits with traced hits, in time and in errors.
 
-A ray is in doubt if the proof of its rasterised hit fails. "rasterised" proves that the hit is the
-first, "verified" only that it is a hit. Rays in doubt are traced afterwards.
+The source "rasterised" proves that the rasteriser's hit is the ray's first hit. The source
+"verified" only proves that the ray hits the triangle. If the proof fails, the ray is in doubt and
+is traced afterwards.
 """
 from __future__ import annotations
 

@@ -18,7 +18,8 @@ from gpgpu_rt.workers.machine import alone
 # cameras, which are farther from the scene.
 CAMERAS = {"cloth": rt.Camera((-1.9, 1.7, 2.6), (0.0, -0.1, 0.1), fov=40),
            "walker": rt.Camera((-5.4, 5.0, 8.6), (0.0, 0.8, 0.2), fov=40)}
-FIRST = {"kitchen-moving": 250}     # the first measured frame, if motion begins late; default 0
+# The frame before the first measured one, if motion begins late; default 0.
+FIRST = {"kitchen-moving": 250}
 STRIDE = 4   # number of animation frames from one measured frame to the next
 # With this option of a cell, another process builds the next structure (`Tracer.updates`).
 AHEAD = ("build_ahead", True)

@@ -113,14 +113,14 @@ def _markdown(rows: list[dict[str, Any]], notes: list[str]) -> str:
              "frames. Frames a second count all frames, including frames that rebuilt a "
              "refitted tree.",
              "A frame ahead: as in Budge et al. 2008, another process builds the next frame's "
-             "kd-tree while this frame is traced. The picture is then a frame behind the build. "
-             "An update is then the wait for the build and the writing of the tables.",
+             "kd-tree while this frame is traced. An update then waits for the build and writes "
+             "the tables.",
              *_overlap(rows),
              *([f"Measured with FULL=1 only: {', '.join(left)}."] if left else []),
              *(f"Not measured: {catalogue.how_to_get(catalogue.ROWS[scene])}."
                for scene in absent if not is_there(scene)),
-             "Wrong distances: the number of rays, over all frames, whose t differs in a bit from "
-             "the t by a tree that is built anew for the frame."]
+             "Wrong distances: the number of rays, over all frames, whose t is not exactly the t "
+             "found with a tree built for the frame."]
     return "\n".join([*parts, *(f"* {note}" for note in notes), ""])
 
 

@@ -77,7 +77,7 @@ def _moved(scene: rt.Scene, rays: Workload, method: str,
 
 def _done(scene: rt.Scene, rays: Workload, method: str,
           options: dict[str, Any]) -> dict[str, Any]:
-    """Return each kernel's runs, the lanes that they occupy at each SIMD width, and cache misses.
+    """Return the runs of each kernel, the lanes occupied at each SIMD width, and cache misses.
 
     Only squares of SIDE^2 rays are traced. With ``sort_rays``, rays in sorted order fill the
     squares. A packet counts as one fragment.

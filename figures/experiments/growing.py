@@ -15,7 +15,7 @@ from gpgpu_rt.scene.procedural.shapes import ball, quad
 
 STEPS = ("bare, under a sky", "+ a point light", "+ a floor of another colour",
          "+ smooth normals", "+ a texture on the floor", "+ a second light", "+ a lamp",
-         "+ a glossy floor", "+ a mirror", "+ glass, an image around it")
+         "+ a glossy floor", "+ a mirror", "+ glass, an image as sky")
 GREY = (0.6, 0.58, 0.54)
 BUNNY, FLOOR, LAMP, BALL, GLASS = range(5)
 

@@ -1,8 +1,8 @@
 """Ideal hardware: a cost model of hardware for rays (survey, sections 4.4 and 5).
 
-The model computes how long the counted steps and tests of rays take on three kinds of machines.
-They are a graphics card, alone or with triangle or traversal units; the prototypes RPU and
-SaarCOR, which have traversal units; and the Cell, which has explicit transfers.
+The model computes how long the counted steps and tests of rays take on three kinds of machines: a
+graphics card, with or without triangle or traversal units; the prototypes RPU and SaarCOR, which
+have traversal units; and the Cell, which has explicit transfers.
 """
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ SCENES = ("kitchen", "conference")
 # kd-texture-stack replaces kd-stack and visits the same nodes. The costs of kd-stack are unknown,
 # because the compilers of the papers' cards cannot compile its kernels (docs/era.md).
 METHODS = ("kd-restart", "kd-texture-stack", "bvh-threaded")
-CARD, TREE = "G80", "kd-texture-stack"     # the prototypes have a stack: TREE gives their work
-BVH = "bvh-threaded"     # Benthin et al. used a BVH on the Cell; this method has no stack
+CARD, TREE = "G80", "kd-texture-stack"     # the prototypes are modelled with the work of TREE
+BVH = "bvh-threaded"     # stands for the BVH that Benthin et al. used on the Cell
 HEADS = ("scene", "method", "machine", "shader ns", "steps ns", "tests ns", "memory ns",
          "waiting ns", "ns a ray", "Mrays/s", "bound by", "published Mrays/s")
 
@@ -207,7 +207,6 @@ def _paragraph(found: list[list[Any]], data: Path, full: bool) -> str:
 
 
 def _cell_sentence(times: dict[tuple[str, str, str], list[Any]], scene: str) -> str:
-    """Return sentences on the Cell's rate with a BVH, as in Benthin et al., and on shading."""
     if (scene, BVH, "Cell, transfers hidden") not in times:
         return ""
     row, cell = times[scene, BVH, "Cell, transfers hidden"], machines()["Cell"]

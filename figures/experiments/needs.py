@@ -60,8 +60,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
                f"{LIGHT_SAMPLES} shadow rays to the lamp, {BOUNCES} bounces; renderer: "
                f"{known['gpu']['renderer']}. Two renderers draw each scene alternately. The "
                "programs, textures and passes of the first renderer are derived from the scene. "
-               "The second renderer has every feature on. The time ratio is the first time "
-               "divided by the second, in the median over the pairs of pictures. The "
+               "The second renderer has every feature on. The time ratio is the median, over the "
+               "pairs of pictures, of the first renderer's time divided by the second's. The "
                "passes of traversal are not counted; a wave is a set of rays that are traced "
                f"together. {_agreement(rows)}\n\n" + markdown_table(HEADS, [
                    [number(v) if isinstance(v, float) else v for v in row] for row in rows]))

@@ -30,7 +30,6 @@ def digest(name: str, step: int) -> str:
 
 
 def _add(found: Any, value: Any) -> None:
-    """Add a value, or each part of a dataclass or tuple, to a digest."""
     if is_dataclass(value):
         for part in fields(value):
             _add(found, getattr(value, part.name))

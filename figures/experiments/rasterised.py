@@ -73,8 +73,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         _draw_map(axis, cell, read(cell, data))
     figure.tight_layout(rect=(0, 0.05, 1, 1))
     save_chart(figure, out / "rasterised.png", note,
-               "Bars show how many times as fast first hits are with the rasteriser. Two maps "
-               "show the pixels where a verified hit is not the first")
+               "Bars show how many times as fast as tracing the rasteriser finds first hits. Two "
+               "maps show the pixels where a verified hit is not the first")
 
 
 def _draw_map(axis: Any, cell: Cell, result: dict[str, Any] | None) -> None:

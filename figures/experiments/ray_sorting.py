@@ -76,7 +76,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure.tight_layout(rect=(0, 0.04, 1, 1))
     save_chart(figure, out / "ray_sorting.png", note, "Bars show the time to trace rays unsorted "
                "and sorted, with the time of the sort, and the different nodes that a tile of 64 "
-               "rays must visit in both orders")
+               "rays must visit in each order")
 
 
 def _page(times: list[tuple], alike: list[tuple[str, dict[str, float]]], note: str) -> str:
@@ -89,9 +89,9 @@ def _page(times: list[tuple], alike: list[tuple[str, dict[str, float]]], note: s
               number(c["waiting_as_they_come"]), number(c["waiting_sorted"]),
               number((c["waiting_as_they_come"] - 1) / max(c["waiting_sorted"] - 1, 1e-9))]
              for work, c in alike]
-    return ("# Ray sorting\n\n" + note + " In any order of the rays, hits are equal to the bit, "
-            "and a ray without a packet takes the same number of steps. Fragment passes sort rays "
-            "that are in textures (`--sort-rays`); the host sorts arrays of rays before it "
+    return ("# Ray sorting\n\n" + note + " The order of the rays changes no hit in any bit. It "
+            "changes the number of a ray's steps only if rays form packets. Fragment passes sort "
+            "rays that are in textures (`--sort-rays`); the host sorts arrays of rays before it "
             "uploads them (`--presort`).\n\n" + markdown_table(HEADS, rows)
             + "\nThe next table shows how coherent rays are. A tile is 64 rays: 8x8 pixels, or 64 "
             "consecutive rays of the sorted order. \"Nodes a tile\" counts the different nodes of "

@@ -45,7 +45,7 @@ def cells(full: bool) -> list[Cell]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """Return the table's rows, without methods that are not measured under ``loop``."""
+    """Return the table's rows for the methods that are measured under ``loop``."""
     card, found = find_card(CARD), []
     for method in METHODS:
         results = {s: read(_cell(method, s, full), data) for s in SCHEDULES}
@@ -129,9 +129,9 @@ def _paragraph(found: list[list[Any]]) -> str:
                      "also reads and writes the state that it changes. Sorting rays, the survey's "
                      "remedy, saves no bytes of the state.")
     if sixteen:
-        parts.append("Several steps per pass do save such bytes: with 16 steps, "
+        parts.append("Several steps per pass do save such bytes: with 16 steps, passes move "
                      f"{number(min(sixteen))} to {number(max(sixteen))} times the bytes of "
-                     "`loop` remain.")
+                     "`loop`.")
     slow = max(found, key=lambda row: row[11])
     parts.append(f"At the {find_card(CARD).name}'s bandwidth, the bytes of the costliest row take "
                  f"{number(slow[11])} ns a ray. Cards of the papers' time took "

@@ -81,7 +81,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
                "number in a column's head is the width: how many fragments branch together. The "
                "column shows the share of lanes that work, in %, over all kernel runs. A packet "
                "is one fragment. The last two columns show kernel runs per ray at widths 1 and "
-               f"{WIDTHS[-1]}, including the runs in which the lane waits.\n\n"
+               f"{WIDTHS[-1]}, including the runs in which the ray waits.\n\n"
                + markdown_table(
                    ("rays", "method", "order", *map(str, WIDTHS), "runs at 1",
                     f"runs at {WIDTHS[-1]}"),

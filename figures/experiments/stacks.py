@@ -143,11 +143,7 @@ class OnChip:
 
 @dataclass(frozen=True)
 class Flight:
-    """The rays in flight on the card, and the card's rate.
-
-    kept : the bytes that a ray keeps on the chip
-    work : the work of a ray
-    """
+    """The rays in flight on the card, and the card's rate."""
 
     kept: OnChip
     work: WarpWork
@@ -218,7 +214,7 @@ def flights(data: Path, full: bool) -> dict[str, Flight]:
 
 
 def rows(data: Path, full: bool) -> list[list[Any]]:
-    """The rows of the table whose columns are HEADS, for the card's own memory."""
+    """Return the table's rows (columns HEADS) for the on-chip memory that the card has."""
     card, flying, found = machines()[CARD], flights(data, full), []
     for label, (one, deepest) in kept(data, full).items():
         numbers: list[Any] = [one.registers, one.stack, deepest, *[None] * 3,
@@ -240,13 +236,13 @@ def draw(data: Path, out: Path, full: bool) -> None:
         return
     found, heading, card = rows(data, full), measured[0][1], machines()[CARD]
     note = (f"{SCENE}, sample squares of {SIDE}x{SIDE} from {size(full)}x{size(full)} eye rays, "
-            f"in warps of {WARP}; kernels compiled by Mesa for the {CARD}; multiprocessors of "
-            f"the GeForce 8800 GTX: {card.multiprocessors} multiprocessors, {card.fetch_latency} "
-            f"clocks per fetch, at most {card.resident} rays per multiprocessor. "
+            f"in warps of {WARP}; kernels compiled by Mesa for the {CARD}. The GeForce 8800 GTX "
+            f"has {card.multiprocessors} multiprocessors, {card.fetch_latency} "
+            f"clocks per fetch, and at most {card.resident} rays per multiprocessor. "
             f"{heading['gpu']['renderer']}, commit {heading['commit']}."
             + (f" {SCENE} is a procedural stand-in." if heading["scene"]["stand_in"] else ""))
-    notes = [f"* {label} has no instructions, fetches and rates: the {CARD}'s compiler has no "
-             f"kernels of {compiled(label)}, because {reason}."
+    notes = [f"* {label} has no instructions, fetches and rates: no kernels of "
+             f"{compiled(label)} are compiled for the {CARD}, because {reason}."
              for label, reason in missing_kernels().items()]
     notes += [f"* {label} runs the kernels of {other} and visits the same nodes. The stack of "
               f"{other} lies in textures. The stack of {label} lies in on-chip memory, so its "

@@ -55,8 +55,8 @@ def _options(row: rt.Method, scene: str, full: bool) -> list[dict[str, Any]]:
 def cells_of(scene: str, full: bool) -> list[Cell]:
     """Return the cells of a scene.
 
-    Methods that take minutes are left out: ``brute-force``, and methods without the schedule
-    `loop` on the bunny. ``brute-force`` finds the same hits as the grid.
+    Methods that take minutes are left out: ``brute-force``, which finds the same hits as the grid;
+    and on the bunny, methods without the schedule `loop`.
     """
     found = []
     for row in rt.methods():
@@ -132,7 +132,6 @@ def _label(row: dict[str, Any]) -> str:
 
 def _chart(rows: list[dict[str, Any]], fronts: dict[str, list[dict[str, Any]]], path: Path,
            footnote: str) -> None:
-    """Draw both errors against the rate, with a column of charts for each scene."""
     figure, axes = plt.subplots(2, len(fronts), squeeze=False,
                                 figsize=(2.5 + 7.5 * len(fronts), 12))
     named = []
@@ -149,7 +148,7 @@ def _chart(rows: list[dict[str, Any]], fronts: dict[str, list[dict[str, Any]]], 
                for word, (colour, marker) in LOOKS.items()]
     handles += [plt.Line2D([], [], marker="o", linestyle="", color="#555555", fillstyle="none",
                            label="none wrong: 95 % bound"),
-                plt.Line2D([], [], color="#bbbbbb", label="no setting is faster and more exact")]
+                plt.Line2D([], [], color="#bbbbbb", label="no setting beats these in both")]
     figure.legend(handles=handles, frameon=False, fontsize=9, ncols=5, loc="upper left")
     figure.tight_layout(rect=(0, 0.03, 1, 0.96))
     for axis, points in named:
@@ -203,8 +202,8 @@ def _page(rows: list[dict[str, Any]], renderer: str, stand_ins: list[str],
              f"reference. RMSE and FLIP compare a picture of {picture} pixels a side (fewer for "
              "slow methods) with the reference's picture. The error of t is relative, and MB is "
              "the size of all textures. In the chart, a hollow mark is a setting without a "
-             "wrong ray, at the upper 95 % confidence bound of its wrong share. Rays that a step "
-             "cap stopped count as unfinished."
+             "wrong ray. Its height is the upper 95 % confidence bound of the wrong share. Rays "
+             "that a step cap stopped count as unfinished."
              + ("" if full else " FULL=1 also measures fp24 and the options of every method. For "
                 + ", ".join(SLOW) + " and packets it also measures low precision; this takes "
                 "minutes."),

@@ -39,7 +39,7 @@ FIGURES = {
     "table1": "Table 1: properties of the methods",
     "cpu": "Ray tracing on the CPU: rays per second and per GFLOP (section 4.2)",
     "entry_points": "Entry points and rasterised bounds",
-    "era_machine": "The papers' cards: how well a model without fitted constants predicts them",
+    "era_machine": "The papers' cards: times predicted without fitted constants",
     "era_numbers": "Number formats of the papers' cards: the rays that fixed point and fp24 lose",
     "retention": "Data retention: bytes that passes move because no pass keeps data for the next",
     "simd_width": "Wide SIMD: how long incoherent rays wait for each other",

@@ -6,8 +6,8 @@ from typing import Any
 
 from gpgpu_rt.bench.workloads import EYE
 
-# The name of the method in cells that embreex traces on the CPU. In these cells, the option
-# `threads` is the number of threads.
+# The `method` of cells whose rays embreex traces on the CPU. Their option `threads` is the number
+# of threads.
 ON_CPU = "embreex"
 # Comparisons with the papers use this triangle test, which was usual in the papers' time. The
 # default watertight test dates from 2013.

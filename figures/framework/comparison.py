@@ -21,7 +21,7 @@ from .predicted_times import PaperCard, PredictedRow
 from .published_numbers import nanoseconds, published_row, published_triangles
 from .results import read
 
-LOW = 0.8    # if tau-b (kendall.py) of our times is lower, the page explains each differing pair
+LOW = 0.8    # if tau-b (kendall.py) of our times is lower, the page lists the pairs out of order
 ACROSS = 2   # number of panels in a row of a chart
 TIE = 1.05   # published numbers within this factor count as equal
 TESTED_BY = ("Our methods test triangles as Möller and Trumbore 1997 do, because this test was in "
@@ -42,8 +42,7 @@ HOW_PREDICTED = (
 
 @dataclass(frozen=True)
 class Panel:
-    """A scene and a kind of rays, named as in ``published.csv``.
-    """
+    """A scene and a kind of rays, named as in ``published.csv``."""
 
     scene: str
     rays: str | None = None   # None if the figure has one kind of rays
@@ -168,7 +167,7 @@ class Comparison:
                                      f"packets on this card: {', '.join(names)}.")
 
     def _predicted(self, data: Path, full: bool) -> dict[tuple[Panel, str], PredictedRow]:
-        """Return the predictions that the verdict uses; a key is a panel and a column's label."""
+        """Return the predictions that the verdict uses."""
         return {(row.panel, row.column.label): row
                 for row in predicted_times.rows(self, data, full) if row.judged}
 
@@ -184,7 +183,6 @@ class Comparison:
         return verdicts.of_groups(groups)
 
     def _results(self, data: Path, full: bool) -> Results:
-        """Return the results of the finished cells; a key is a panel and a column's label."""
         found = {(panel, column.label): read(self.cell(panel, column, full), data)
                  for panel, column in self.pairs(full)}
         return {key: result for key, result in found.items() if result is not None}
@@ -293,12 +291,12 @@ class Comparison:
                  "triangles a ray", "passes"), table))
             turned = _turned([row for (one, _), row in predicted.items() if one == panel])
             if turned:
-                parts.append("Where the predicted order differs:\n\n" + "\n".join(
-                    f"* {line}" for line in turned) + "\n")
+                parts.append("Where the predicted order differs from the published order:\n\n"
+                             + "\n".join(f"* {line}" for line in turned) + "\n")
             explained = self._explained(panel, results) if taus[panel][1] < LOW else []
             if explained:
-                parts.append("Where the order differs here:\n\n" + "\n".join(
-                    f"* {line}" for line in explained) + "\n")
+                parts.append("Where the order differs here from the published order:\n\n"
+                             + "\n".join(f"* {line}" for line in explained) + "\n")
         if self.paper_card is not None:
             size = self.paper_card.size
             parts.append(f"Predicted: the time that the {self.paper_card.card.name} would have "
@@ -370,7 +368,6 @@ def _says(taus: tuple[float, float]) -> str:
 
 
 def _work(label: str, result: dict[str, Any]) -> str:
-    """Return a clause: the nodes that a method visits and the triangles that it tests per ray."""
     counters = result["counters"]
     return (f"{label} visits {number(counters['nodes_visited'])} nodes and tests "
             f"{number(counters['triangles_tested'])} triangles a ray")

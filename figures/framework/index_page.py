@@ -103,7 +103,6 @@ def _links(line: IndexEntry) -> str:
 
 def _html(out: Path, opening: Sequence[str], of_survey: Sequence[IndexEntry],
           beyond: Sequence[IndexEntry]) -> str:
-    """Return an HTML page of every chart and the verdicts on the survey's figures."""
     cards = []
     for line in (*of_survey, *beyond):
         chart = out / f"{line.name}.png"

@@ -9,7 +9,7 @@ from itertools import combinations
 
 @dataclass(frozen=True)
 class PairCounts:
-    """Numbers of pairs of methods in a table, by order.
+    """Numbers of pairs of methods, by the order of their two times.
 
     Attributes
     ----------

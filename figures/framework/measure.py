@@ -31,7 +31,7 @@ from .works import work_of
 
 def measure(cells: Iterable[Cell], data: Path, again: bool = False,
             workers: Workers | None = None) -> None:
-    """Measure every unfinished cell, and write each result at once.
+    """Measure every unfinished cell.
 
     An interrupt loses only the cells in progress. If ``workers`` are given, they measure all
     cells. Otherwise this process measures the timed cells, and a worker process on each of the
@@ -69,8 +69,8 @@ def _beside(aside: Aside, timed: list[Cell],
             progress: tqdm) -> Iterator[tuple[Cell, Result]]:
     """Yield the results of ``timed`` and of ``aside``.
 
-    This process measures the timed cells: first on a software renderer, and otherwise last. It
-    also measures cells of ``aside``.
+    On a software renderer, this process measures the timed cells, then cells of ``aside``. On a
+    card, it measures the timed cells last.
     """
     others = iter(aside.take, None)
     order = (timed, others) if is_software(open_gpu().renderer) else (others, timed)

@@ -29,20 +29,13 @@ if TYPE_CHECKING:
 
 BUILT_IN = ("cornell", "tenk")     # scenes that need no mesh
 # The fewest instructions of a triangle test: three dot products, for t, u and v. If all rays start
-# at one point, everything else can be computed in advance per triangle. A pipe issues one
-# instruction per clock.
+# at one point, everything else can be computed in advance per triangle.
 LEAST_TEST = 3
 
 
 @dataclass(frozen=True)
 class PaperCard:
-    """The card on which a paper measured.
-
-    Attributes
-    ----------
-    chip : the card's chip
-    size : pixels per side of the paper's images
-    """
+    """The card on which a paper measured, and ``size``, the pixels per side of its images."""
 
     chip: str
     size: int
@@ -73,7 +66,6 @@ class PredictedRow:
     Attributes
     ----------
     figure : the figure, which has a ``paper_card``
-    form : the form of the programs
     published : nanoseconds per ray, or per pixel of a picture
     counts : kind of rays -> result of `image_issues.measure`
     stand_in : whether the scene's mesh is missing; the prediction is then not scored

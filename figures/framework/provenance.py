@@ -70,7 +70,7 @@ def held(name: str, out: Path) -> dict[str, Any] | None:
 
 
 def spent(pages: Iterable[dict[str, Any]]) -> tuple[float, int]:
-    """Return the processor seconds that the pages' cells took, and the number of unknown times.
+    """Return the processor seconds of the pages' cells, and the number of cells without a time.
 
     A cell that several pages use counts once. Older versions did not record the time.
     """

@@ -72,7 +72,7 @@ def _made(own: dict[str, dict[str, Any]], redrawn: int) -> str:
 
 
 def _list(some: Sequence[Judged], one: str, many: str) -> str:
-    """A sentence that lists figures with the counts of their verdicts; "" for no figures."""
+    """A sentence that lists figures with the score of each verdict; "" for no figures."""
     says = f"{counted(len(some), 'figure')} {one if len(some) == 1 else many}"
     named = [f'{each.figure}, "{each.topic}" ({score(vars(each.verdict))})' for each in some]
     return f"{says}: {'; '.join(named)}." if some else ""

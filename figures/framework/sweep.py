@@ -1,6 +1,6 @@
 """Sweep: measures cells (cell.py) with workers, on one machine or several.
 
-Untimed cells run first, several at a time; they build the structures that timed cells trace. A
+Untimed cells run first, several at a time, and build structures that timed cells also need. A
 timed cell has its machine to itself.
 """
 from __future__ import annotations

@@ -103,7 +103,6 @@ def embree(threads: int = 1) -> Engine:
 
 
 def _embree(cell: Cell) -> dict[str, Any]:
-    """Times of embreex, which has no counters, on the rays of a cell (cell.py)."""
     rays, threads = workload(cell.scene, cell.work, cell.size), dict(
         cell.options).get("threads", 1)
     engine = embree(threads)

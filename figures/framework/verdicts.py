@@ -190,8 +190,8 @@ def _order(ordered: Sequence[tuple[MethodTimes, PairCounts]], low: Sequence[str]
 
 
 def _ties(tied: Sequence[MethodTimes]) -> list[str]:
-    return [] if not tied else ["there is no order to reproduce where all published numbers of a "
-                                f"group tie: {', '.join(group.label for group in tied)}"]
+    return [] if not tied else ["no order can be reproduced in groups whose published numbers "
+                                f"all tie: {', '.join(group.label for group in tied)}"]
 
 
 def _too_few(scenes: Sequence[str], pairs: int | None) -> str:

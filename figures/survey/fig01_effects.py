@@ -29,9 +29,9 @@ def draw(data: Path, out: Path, full: bool) -> None:
                f"Whitted's ray tracing at {size}x{size}, all rays by {METHOD}; renderer: "
                f"{known['gpu']['renderer']}. The survey's pictures show other scenes; ours are "
                "built-in stand-ins with the same effects. A picture is traced in waves of one ray "
-               "per pixel. The number of rays includes the empty rays of pixels whose path of "
-               "rays has ended before the wave. The column s is the time of the picture, and MiB "
-               "is the size of all textures.\n\n" + markdown_table(
+               "per pixel. Once a pixel's path has ended, each later wave has an empty ray for "
+               "the pixel. The number of rays includes empty rays. The column s is the time of "
+               "the picture, and MiB is the size of all textures.\n\n" + markdown_table(
                    HEADS, [[number(v) if isinstance(v, float) else v for v in r] for r in rows]))
     figure, axes = plt.subplots(1, len(PANELS), figsize=(13, 4.9))
     for axis, one, (scene, says) in zip(axes, cells(full), PANELS.items()):

@@ -4,7 +4,7 @@ A stage's inputs and outputs are read from linked programs, queries and bound te
 shows two draws:
 
 * a full-screen pass of `kd-restart`: each ray is a fragment;
-* a pass of the `ray-engine`: the vertices are corners of quads, and a quad carries a triangle.
+* a pass of the `ray-engine`: each quad covers the rays that test one triangle.
 """
 from __future__ import annotations
 
@@ -45,8 +45,7 @@ class PipelineDraw:
     primitives : number of triangles that the rasteriser received.
     fragments : number of fragments that the framebuffer received.
     textures : the sampled textures, name -> (width, height, channels, type).
-    by_fragments : the textures that the vertex program's text does not declare. So the fragment
-        program samples them.
+    by_fragments : the textures that only the fragment program samples.
     targets : the render targets, (width, height, channels, type) each.
     """
 

@@ -1,7 +1,7 @@
 """Figure 3: the graphics pipeline as a stream processor, drawn from the passes of a real trace.
 
-The drawn streams and tables come from records. Rays and hits have shared records; the method's
-row of the method table names the records of its states and tables. Inputs and outputs come from
+The drawn streams and tables come from records. The records of rays and hits are the same for all
+methods; a method's row of the method table names all other records. Inputs and outputs come from
 linked programs, and the list of passes comes from an observed trace.
 """
 from __future__ import annotations
@@ -141,8 +141,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
     figure.tight_layout(rect=(0, 0.04, 1, 1))
     save_chart(figure, out / "fig03.png", f"{METHOD}, kernel {SHOWN}; in parentheses: the "
                "terms of stream computation. The textures are those of the method's records. Pale "
-               "textures are not used by this kernel. A kernel is chosen for two passes, "
-               "so in some second passes no ray waits for the kernel.",
+               "textures are not used by this kernel. Each chosen kernel runs in two passes; "
+               "sometimes no ray waits for the second.",
                "A diagram: textures of rays and states flow into a kernel, which writes the "
                "next states. Bars below show the number of rays in each pass of a trace")
 

@@ -17,7 +17,7 @@ WORDS = {"eye_rays": "generate eye rays", "init": "a ray enters the grid, or mis
          "traverse": "one step from cell to cell",
          "intersect": "one triangle of the cell's list",
          "surfaces": "shade hits, make shadow rays",
-         "picture": "light that shadow rays found"}
+         "picture": "add unshadowed direct light"}
 # Programs that only count rays or mask them.
 COUNTING = ("classify", "mask", "tile_counts", "everywhere")
 

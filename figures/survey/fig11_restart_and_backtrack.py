@@ -53,8 +53,8 @@ def draw(data: Path, out: Path, full: bool) -> None:
         text.append(f"* {found.method}, {counts[found.method]} visits: "
                     + " ".join(map(small.name, found.visited)))
     least = min(counts, key=lambda name: counts[name])
-    why = (f"Here {least} needs fewer visits, because in a tree of so few levels the root is as "
-           "near as any ancestor.")
+    why = (f"Here {least} needs fewer visits, because in so low a tree the way from the root is "
+           "as short as a climb.")
     text.append(f"\nBoth methods visit the same leaves. {why} kd-backtrack reads each node on its "
                 "way up, and reads the topmost of these nodes again on its way down.\n")
     write_text(out / "fig11.md", "\n".join(text) + "\n" + markdown_table(HEADS, table))

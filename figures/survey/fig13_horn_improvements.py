@@ -57,8 +57,9 @@ def _remarks(results: Results) -> list[str]:
         skipping = results.get((panel, SKIPPING))
         if skipping is not None:
             spared = _spared(nodes[3], skipping["counters"]["nodes_visited"])
-            lines[-1] += (f" Packets that also skip empty leaves fetch {spared} fewer nodes and "
-                          f"have {number(times[3] / skipping['ns_per_ray'])} times the rate.")
+            lines[-1] += (f" Packets that also skip empty leaves fetch {spared} fewer nodes than "
+                          "the packets of the row above, at "
+                          f"{number(times[3] / skipping['ns_per_ray'])} times their rate.")
     return lines
 
 

@@ -48,7 +48,7 @@ def _remarks(results: Results) -> list[str]:
                 f"GPU have {number(paper[0])} times and packets {number(paper[1])} times the rate "
                 "of single rays along ropes on an Opteron" + (
                     "." if frustum is None else
-                    f", and {number(_rate(panel, SINGLE) / frustum)} and "
+                    f". They have {number(_rate(panel, SINGLE) / frustum)} and "
                     f"{number(_rate(panel, PACKET) / frustum)} times the rate of OpenRT's frustum "
                     "packets."))
     return lines

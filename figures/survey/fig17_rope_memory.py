@@ -125,7 +125,7 @@ def _verdict(scene: str, words: str, tree: dict[str, float]) -> str:
             f"{SLACK:.0%} of the published {LOWEST:.2f} to {HIGHEST:.2f}. The tree has "
             f"{number(tree['leaves'] / leaves)} times the published leaves and "
             f"{number(triangles_a_leaf)} references per leaf, empty leaves included. The more "
-            "references a tree has, the smaller is the share of its ropes.")
+            "references a tree has, the smaller is the ropes' share of its bytes.")
 
 
 def _chart(results: dict[str, dict], out: Path) -> None:

@@ -31,13 +31,13 @@ def _remarks(results: Results) -> list[str]:
         triangles = bvh["scene"]["triangles"]
         fetched = bvh["counters"]["nodes_visited"]
         line = (f"{panel.label}, {triangles:,} triangles: bvh-packet fetches {number(fetched)} "
-                "nodes of two boxes per ray")
+                "nodes per ray, each of two boxes")
         if ropes is not None:
             line += (f", and has {number(ropes['ns_per_ray'] / bvh['ns_per_ray'])} times the rate "
                      f"of kd-ropes-packet, which fetches {number(_nodes(ropes))}")
         if fast is not None:
-            line += (f"; with 4x2 rays, quantised nodes and the interval test, its rate is "
-                     f"{number(bvh['ns_per_ray'] / fast['ns_per_ray'])} times as high")
+            line += (f"; bvh-packet with 4x2 rays, quantised nodes and the interval test is "
+                     f"{number(bvh['ns_per_ray'] / fast['ns_per_ray'])} times as fast")
         if cpu is not None:
             line += (f"; plain bvh-packet has {number(cpu['ns_per_ray'] / bvh['ns_per_ray'])} "
                      f"times the rate of {CPU}")
@@ -68,8 +68,8 @@ FIGURE = Comparison(
      "\"Primary+shadow\" and \"primary+secondary\" are whole pictures here: eye rays, shading and "
      "a shadow ray per hit. Counters are of the eye rays.",
      "Each ray of a bvh-packet votes on which child the packet enters first, as published. A "
-     "packet here has only 2x2 rays. The row with the interval test is ours: it tests a "
-     "box once for a whole packet of 4x2 rays, and has quantised nodes.",
+     "packet here has only 2x2 rays. The row with the interval test is ours: its nodes are "
+     "quantised, and a box is tested once for a whole packet of 4x2 rays.",
      "Soda Hall and the Power Plant are measured at full size only."),
     _remarks, full_only=HUGE,
     paper_card=PaperCard("G80", 1024))

@@ -59,7 +59,7 @@ def draw(data: Path, out: Path, full: bool) -> None:
     write_csv(out / "fig25.csv", HEADS, rows())
     write_text(out / "fig25.md", (
         "# Figure 25: the traversal of a ray hierarchy\n\n"
-        f"{TRIANGLES} triangles meet the root over {RAYS} rays, the rays of Figure 24. Each pair "
+        f"{TRIANGLES} triangles are paired with the root over Figure 24's {RAYS} rays. Each pair "
         "of a triangle and a node writes the node's four children to four targets. A target "
         "stays empty if the child's bounds show that none of its rays can hit the triangle. "
         "Stream reduction compacts the other children, which are the pairs of the next level. "

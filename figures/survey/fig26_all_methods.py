@@ -27,8 +27,8 @@ from .ray_engine_work import predicted_seconds
 from .scaled import scaled, speeds
 from .surveyed import BASE, CHIP, SCENE, SurveyedMethod, entries, published_speed, rays_of_columns
 
-ON_SOFTWARE = ("Measured on a software renderer: rasterising, blending and transfers have the "
-               "cost of memory accesses.")
+ON_SOFTWARE = ("Measured on a software renderer, where rasterising, blending and transfers cost "
+               "as much as other memory accesses.")
 # Column -> its name and its look in the chart.
 COLUMNS = {"published": ("published", PUBLISHED),
            "scaled": ("scaled again, by arithmetic and by bandwidth", (COLOURS[4], MARKERS[4])),
@@ -39,13 +39,13 @@ NOTES = (
     "figure prints no numbers, so the published numbers are those of Table 1.",
     "`tenk` has 24 balls on a floor, 10,000 triangles.",
     TESTED_BY,
-    "Predicted: the machine model of [era_machine](era_machine.md), with kernels that the card's "
-    "compiler compiled. A packet's rays are the lanes of a warp, and each lane runs the kernels "
-    "of a single ray. kd-stack runs the kernels of kd-texture-stack in a loop. Speeds of methods "
-    "without kernels in the era form (docs/era.md) are not predicted. The prediction for the Ray "
-    "Engine counts only its passes and transfers, and leaves out the work of its host. The Ray "
-    "Engine is therefore predicted too fast, and all "
-    "other methods too slow relative to it.",
+    "Predicted: the machine model of [era_machine](era_machine.md), with kernels that Mesa "
+    "compiled for the card. A packet's rays are the lanes of a warp, and each lane runs the "
+    "kernels of a single ray. kd-stack runs the kernels of kd-texture-stack in a loop. Speeds of "
+    "methods without kernels in the era form (docs/era.md) are not predicted. The prediction for "
+    "the Ray Engine counts only its passes and transfers, and leaves out the work of its host. "
+    "The Ray Engine is therefore predicted too fast, and all other methods too slow relative to "
+    "it.",
     "Measured: the host part of the Ray Engine runs in numpy, not in C as in the paper.",
     "Zhou's paper is about building kd-trees. Its row is therefore the kd-tree with a full stack, "
     "built by Zhou's method.")
@@ -216,9 +216,9 @@ def _page(found: list[MethodSpeed], data: Path, full: bool) -> str:
         markdown_table(("source", "method here", "measured ns a ray", "predicted ns a ray",
                         "bound by", "measured", "predicted", "scaled again", "published"), table),
         "The last four columns are speeds relative to the Ray Engine. \"Scaled again\" repeats "
-        "the survey's scaling: the rate that the survey prints for a paper is multiplied once by "
-        "the ratio of the cards' arithmetic rates and once by the ratio of their bandwidths. The "
-        "column shows the results of both multiplications. The rate at 10,000 triangles is "
+        "the survey's scaling in two ways: the rate that the survey prints for a paper is "
+        "multiplied by the ratio of the cards' arithmetic rates, or by the ratio of their "
+        "bandwidths. The column shows both results. The rate at 10,000 triangles is "
         "interpolated between "
         "scenes:\n",
         markdown_table(("source", "card", "Mrays/s at 10,000 triangles, or at the nearest count",

@@ -1,8 +1,8 @@
 """Ray Engine work: counts the work of Carr et al.'s Ray Engine on a card, and predicts the time.
 
-A cell (framework/cell.py) is such a count if its field ``work`` is WORK + the name of a workload.
-The host collects pairs of a ray and a triangle, and the card tests each pair. Only the card's time
-is predicted.
+A cell (framework/cell.py) asks for this count if its ``work`` is WORK + a workload's name. The
+host collects pairs of a ray and a triangle, and the card tests each pair. Only the card's time is
+predicted.
 """
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def predicted_seconds(card: Card, work: Mapping[str, float]) -> tuple[float, str
     method, kernel = KERNEL
     pairs = round(work["pairs"])
     issued = KernelIssues((kernel,), (pairs,), (pairs,), passes=(round(work["draws"]),))
-    # A quad covers only rays that are paired with its triangle: early depth rejects no pixel.
+    # A quad covers only rays that are paired with its triangle, so early depth rejects no pixel.
     cost = replace(static_cost(card.chip.lower(), method, kernel), fetches=FETCHES,
                    targets=TARGETS)
     time = time_of_passes(card, issued, {kernel: cost}, {kernel: FETCHES}, pixels=0)
