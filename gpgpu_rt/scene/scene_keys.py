@@ -101,7 +101,7 @@ OBJECTS: Mapping[str, Mapping[str, Key]] = {
         "eye": Key("vector", "its position, world units", required=True),
         "target": Key("vector", "the point at which the camera looks", required=True),
         "up": Key("vector", "the upward direction; (0, 1, 0) by default"),
-        "fov_degrees": Key("number", "vertical angle of the image; 45 by default"),
+        "fov_degrees": Key("number", "vertical field of view; 45 by default"),
     },
 }
 
