@@ -10,7 +10,7 @@
 const vec2 FIRST = vec2(0.0, 0.0);
 const vec2 NOWHERE = vec2(-1.0, 0.0);
 
-// Return the pointer to the element `n` places after p. fp24 holds every number here exactly.
+// Return the pointer to the element `n` places after p. fp24 is exact if column + n is at most 131,072.
 vec2 moved(vec2 p, float n) {
     float column = p.x + n;
     float rows = floor(column * (1.0 / TABLE_WIDTH));
@@ -25,7 +25,7 @@ vec2 multiplied(vec2 p, float n) {
     return moved(p * n, 0.0);
 }
 
-// The number below 0 of a pointer to no element.
+// The first number of a pointer; below 0 for no element.
 float code_of(vec2 p) {
     return p.x;
 }

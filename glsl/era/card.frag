@@ -1,5 +1,5 @@
 #version 120
-// The dialect of the cards of 2002-2006, GLSL 1.20. An index is a float, and a fragment reads its ray's
+// The dialect of the cards of 2002-2006, GLSL 1.20, without integers. A fragment reads its ray's
 // texels at interpolated texture coordinates. renderer.frag defines the same names for the renderer that
 // runs the program here.
 

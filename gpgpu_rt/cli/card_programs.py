@@ -50,7 +50,7 @@ def card_costs(method: str, card: str, options: dict[str, Any], only: str | None
         2002-2006 could run; docs/era.md)
     """
     compiled_costs(card)    # raises an error that names the known cards
-    check_era_form(method)
+    check_era_form(method, card)
     row = find_method(method)
     packets = row.era_packets
     looped = packets is not None

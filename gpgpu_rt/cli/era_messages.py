@@ -24,10 +24,10 @@ def check_era(text: str) -> None:
         raise OptionError(f"option era={text!r} is none of {known}{did_you_mean(chip, ERAS)}")
 
 
-def check_era_form(method: str) -> None:
+def check_era_form(method: str, chip: str) -> None:
     """Raise OptionError for a method that has no era form, whatever its options. The message names
     the methods that have an era form."""
     if reason := find_method(method).why_no_era_form():
-        known = ", ".join(row.name for row in methods() if not row.why_no_era_form())
+        known = ", ".join(row.name for row in methods() if not row.why_no_era_form(chip))
         raise OptionError(f"method {method} has no era form: {reason}; methods with an era form: "
                           f"{known}")

@@ -175,7 +175,7 @@ def options_for(chosen: argparse.Namespace, method: str) -> dict[str, Any]:
     given = parsed(chosen, "option_", all_options(), TRACER_OPTIONS + find_method(method).options,
                    f"method {method}")
     if given.get("era"):
-        check_era_form(method)
+        check_era_form(method, str(given["era"]))
     return given
 
 

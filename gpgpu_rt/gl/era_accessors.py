@@ -6,15 +6,15 @@ A pointer is usually an index i, a float. As x = (i + 1/2) / TABLE_WIDTH, the in
 the texel's row. A table repeats along x (wrap mode), so a program can sample at x without removing
 this integer part.
 
-With ``Record.texel_pointers``, a pointer is a column and a row, and coordinates are rounded to the
-number format of the card.
+With ``Record.texel_pointers``, a pointer is a column and a row. The renderer then rounds
+coordinates to the number format of the card.
 """
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 from ..errors import LimitError
-from .record import Field, Record
+from .record import FLOATS, Field, Record
 from .textures import TABLE_WIDTH
 
 # With an index and more rows, rounding to float32 could move a coordinate into the next row.
@@ -26,7 +26,7 @@ def table_glsl(record: Record) -> str:
     a texture per texel of a record (`Record.apart`)."""
     name, pointer = record.name, "vec2" if record.texel_pointers else "float"
     lines = [f"uniform sampler2D {sampler};" for sampler in table_samplers(record)]
-    lines += [f"uniform vec2 {name}_step;    // texture coordinates from an element to the next",
+    lines += [f"uniform vec2 {name}_step;    // texture coordinates for each unit of a pointer",
               f"uniform vec2 {name}_start;   // texture coordinates of element 0"]
     for field, sampler in zip(record.fields, _sampler_of_fields(record)):
         at = f"i * {name}_step + {name}_start"
@@ -46,7 +46,7 @@ def table_places(record: Record, rows: int) -> dict[str, tuple[float, float]]:
     Raises
     ------
     LimitError
-        for a table whose coordinates float32 cannot distinguish
+        for a table with indices whose coordinates float32 cannot distinguish
     """
     if record.texel_pointers:
         column, row = 1 / TABLE_WIDTH, 1 / rows
@@ -126,5 +126,4 @@ def _store_glsl(record: Record, first: int) -> str:
 
 
 def _type(field: Field) -> str:
-    return {"int": "float", "ivec3": "vec3", "ivec4": "vec4"}.get(field.glsl_type,
-                                                                  field.glsl_type)
+    return FLOATS.get(field.glsl_type, field.glsl_type)

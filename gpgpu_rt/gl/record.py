@@ -25,6 +25,7 @@ EXACT_INTEGER = 1 << 24   # float32 holds every integer up to this number
 SMALL_INTEGER = 1 << 22   # core/fetch.glsl converts integers up to this number by their bits
 FIELD_TYPES = {"float": 1, "int": 1, "vec2": 2, "vec3": 3, "vec4": 4, "ivec3": 3, "ivec4": 4,
                "pointer": 1}    # type -> number of channels
+FLOATS = {"int": "float", "ivec3": "vec3", "ivec4": "vec4"}    # GLSL type -> type of floats
 TEXEL = "texel"    # the type of a pointer as a column and a row (`Record.with_texel_pointers`)
 
 
@@ -72,8 +73,7 @@ class Field:
         return f"{self.glsl_type}({value})" if self.is_integer else value
 
     def encode(self, value: str) -> str:
-        floats = {"int": "float", "ivec3": "vec3", "ivec4": "vec4", "vec2": "vec2"}
-        return f"{floats[self.glsl_type]}({value})" if self.is_integer else value
+        return f"{FLOATS.get(self.glsl_type, 'vec2')}({value})" if self.is_integer else value
 
 
 @dataclass(frozen=True)
@@ -136,10 +136,6 @@ class Record:
 
     def extended(self, more: str) -> Record:
         return replace(self, layout=f"{self.layout} | {more}")
-
-    @property
-    def has_pointers(self) -> bool:
-        return any(field.type in ("pointer", TEXEL) for field in self.fields)
 
     def without(self, name: str) -> Record:
         """Return this record without a field and without emptied texels."""

@@ -23,7 +23,7 @@ class Needs:
     loops : whether the program has loops
     targets : number of render targets
     texture_size : side of the largest table in texels, if the table were square
-    largest_index : number of texels in the largest table whose index is a single number
+    largest_index : number of texels in the largest table whose elements have a number in one float
     floats : whether the program needs float textures
     queries : whether the host counts rays by occlusion queries
     """
@@ -73,7 +73,7 @@ class Card(Sourced):
                    "levels of dependent fetches"),
                   ("targets", "render_targets", needs.targets, "render targets"),
                   ("size", "texture_size", needs.texture_size, "texels per side"),
-                  ("index", "exact_integers", needs.largest_index, "texels to index"))
+                  ("index", "exact_integers", needs.largest_index, "exact integers"))
         reasons = [Refusal(limit, f"needs {wanted:,} {what}, the card has "
                            f"{getattr(self, name):,}")
                    for limit, name, wanted, what in limits if wanted > getattr(self, name)]

@@ -88,9 +88,9 @@ class EraTime:
             raise OptionError(f"no time is predicted for form {form!r}; give one of "
                               + ", ".join(map(repr, self.forms)))
         method, card = self.tracer.method.name, self.card
-        for refused in self.refusals:
+        if self.refusals:
             raise OptionError(f"the {card.name} could not have run the method, which "
-                              f"{refused.says}")
+                              f"{self.refusals[0].says}")
         times = [time_of_image(card, method, form, counts, any_hit,
                                options=tuple(self._own.items()))
                  .scaled(1 / self.kept.share(any_hit)) for any_hit, counts in self._counts]

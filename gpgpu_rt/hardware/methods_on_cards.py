@@ -92,8 +92,8 @@ class EraSize:
     Attributes
     ----------
     texels : number of texels of the largest table
-    numbers : number of texels of the largest table whose elements a program knows by a number in
-        one float, even if other pointers are columns and rows (glsl/core/pointer.glsl)
+    numbers : number of texels of the largest table whose elements have a number in one float even
+        with fp24: triangles, leaves with ropes, or the cells of a grid's slice
     """
 
     texels: int = 1
@@ -116,7 +116,8 @@ def era_sizes(names: Sequence[str] | None = None, scene_name: str = "cornell",
     ----------
     names : methods; None for all methods
     scene_name : the scene whose tables must fit
-    options : options of the methods; by default, the chip is NV40
+    options : options of the methods; by default, the chip is NV40. With fp24, a grid's table is
+        larger, by at most a row of texels for each slice
     """
     found, scene = {}, load_scene(scene_name)
     for name in names or [row.name for row in methods() if not row.why_no_era_form()]:
@@ -148,7 +149,8 @@ def era_refusals(card: Card, sizes: Mapping[str, EraSize]
                        index, True, not loops)
                  for one in _costs(compiler, name, loops, own)]
         if not needs:
-            needs = [Needs(targets=find_method(name).era_targets(compiler), queries=True)]
+            needs = [Needs(targets=find_method(name).era_targets(compiler), queries=True,
+                           texture_size=_side(size.texels), largest_index=index)]
         found[name, ERA] = list(dict.fromkeys(
             reason for one in needs for reason in card.refuses(one)))
     return found

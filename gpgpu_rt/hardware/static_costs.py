@@ -23,7 +23,7 @@ from ..traversal.era_packets import packet_kernels, packet_loop
 
 COMPILERS = ("r300", "r420", "r580", "nv40", "g80")
 # The chips whose numbers choose a program's form: all pointers are indices, or columns and rows.
-INDICES, TEXELS = "nv40", "r420"
+INDEX_CHIP, TEXEL_CHIP = "nv40", "r420"
 # The depth of a stack that never drops entries is a constant of the program. The constant changes
 # no instruction, so any depth serves here. The depth of a short stack is an option of the method.
 DEFINES: Mapping[str, object] = {"STACK_SIZE": 32}
@@ -132,7 +132,7 @@ def packet_methods() -> list[str]:
 
 
 def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
-                 card: str = INDICES, **options: Any) -> tuple[EraProgram, ...]:
+                 card: str = INDEX_CHIP, **options: Any) -> tuple[EraProgram, ...]:
     """Return the kernels of a method in the era form, in the dialect of the cards. For packets,
     the last program is the whole loop.
 
@@ -149,7 +149,7 @@ def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
     OptionError
         for a method without an era form
     """
-    form = TEXELS if card in TEXEL_POINTERS and not in_loop else INDICES
+    form = TEXEL_CHIP if card in TEXEL_POINTERS and not in_loop else INDEX_CHIP
     return _programs(method, any_hit, in_loop, form, tuple(sorted(options.items())))
 
 
@@ -178,8 +178,8 @@ def all_era_programs() -> list[EraProgram]:
     with columns and rows as passes. The programs of PACKETS follow, only in loops. Each compiler
     reads all programs, because `machine_model.stream_fetches` needs NV40's listings."""
     chosen = [(era, in_loop, [*((name, {}) for name in era_methods(era)), *SETTINGS])
-              for era, in_loop in ((INDICES, False), (INDICES, True), (TEXELS, False))]
-    return [program for era, in_loop, some in (*chosen, (INDICES, True, PACKETS))
+              for era, in_loop in ((INDEX_CHIP, False), (INDEX_CHIP, True), (TEXEL_CHIP, False))]
+    return [program for era, in_loop, some in (*chosen, (INDEX_CHIP, True, PACKETS))
             for name, options in some for any_hit in (False, True)
             for program in era_programs(name, any_hit, in_loop, era, **options)]
 

@@ -38,6 +38,8 @@ class Places:
             self.kind, self.count = "node", len(self._boxes)
         elif "cell" in state and isinstance(self._grid, Grid):
             self.kind, self.count = "cell", int(np.prod(self._grid.resolution))
+            # In the era form with fp24, each slice of cells begins in a new row of texels.
+            self._step = int(accelerator.uniforms["slice_step"])
         else:
             self.count = 0
 
@@ -67,11 +69,16 @@ class Places:
         """Return a place's records, decoded from the textures: record -> field -> value.
         Skip tables without a record per place, and tables of triangles."""
         tracer, session = self._tracer, self._tracer.session
+        count = self.count
+        if self.kind == "cell":
+            width, height, depth = map(int, self._grid.resolution)
+            number = number % (width * height) + number // (width * height) * self._step
+            count = self._step * depth
         found: Decoded = {}
         for record in tracer.method.tables_for(tracer.options):
             arrays = tracer.accelerator.tables[record.name]
             if (record.name not in (TRIANGLE.name, REFERENCE.name)
-                    and len(next(iter(arrays.values()))) == self.count):
+                    and len(next(iter(arrays.values()))) == count):
                 with session.gpu:
                     found[record.name] = _decoded(session.structure.precision.layout(record),
                                                   session.tables[record.name], number)

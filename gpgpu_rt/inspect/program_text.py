@@ -93,10 +93,8 @@ def _replaced(lines: Sequence[str], files: Sequence[str]) -> tuple[list[str], li
             nothing.add(name)
         elif value == f"({parameters})":
             argument.add(name)
-    for name, value in names.items():
-        while value in names:       # in the era form: pointer -> int -> float
-            value = names[value]
-        names[name] = value
+    for _ in range(2):       # in the era form: pointer -> int -> float
+        names = {name: names.get(value, value) for name, value in names.items()}
     left_out = re.compile(rf"\s*(?:{'|'.join(nothing) or '(?!)'})\([^()]*\);\s*")
     bare = re.compile(rf"\b(?:{'|'.join(argument) or '(?!)'})(?=\()")
     renamed = re.compile(rf"\b(?:{'|'.join(names) or '(?!)'})\b")

@@ -1,8 +1,9 @@
 """Leaf lists: the references to the triangles of a tree's leaves.
 
 A list is usually counted: a leaf stores the number of its references, and a ray's state stores the
-end of the list. In the era form with fp24, a pointer takes two numbers, and a state with such an
-end would need too many render targets. So the list is marked: its last reference has a mark.
+end of the list. In the era form with fp24, a pointer takes two numbers. With such an end, the
+states of kd-push-down and kd-texture-stack would need five render targets, but the cards have
+four. So lists are marked there: the last reference has a mark.
 """
 from __future__ import annotations
 
@@ -13,13 +14,10 @@ import numpy as np
 
 from ..gl.record import Record
 from ..options import TEXEL_POINTERS
-from .method import Part, Tables
+from .method import Tables
 from .triangle_table import REFERENCE
 
-LEAF_LIST = Part("leaf_list", "era", "core/list_counted.glsl",
-                 dict.fromkeys(TEXEL_POINTERS, "era/list_marked.glsl"))
-
-MARKED_REFERENCE = Record(REFERENCE.name, "triangle:pointer last:int")
+MARKED_REFERENCE = REFERENCE.extended("last:int")
 """An entry of a marked list; ``last`` is 1 for the last entry."""
 
 
@@ -52,11 +50,11 @@ def leaf_tables(node: Record, fields: Mapping[str, np.ndarray], link: str, leaf:
     """
     if not is_marked(options):
         return {node.name: dict(fields), REFERENCE.name: {"triangle": references}}
-    first, count = fields[link], np.where(leaf, fields["count"], 0)
-    marked = {**fields, link: np.where(leaf & (count == 0), -1, first)}
+    first, lengths = fields[link], np.where(leaf, fields["count"], 0)
+    marked = {**fields, link: np.where(leaf & (lengths == 0), -1, first)}
     del marked["count"]
     return {node.name: marked, REFERENCE.name: {
-        "triangle": references, "last": last_of_leaves(first, count, references)}}
+        "triangle": references, "last": last_of_leaves(first, lengths, references)}}
 
 
 def last_of_leaves(first: np.ndarray, count: np.ndarray, order: np.ndarray) -> np.ndarray:

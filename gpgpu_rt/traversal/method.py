@@ -189,17 +189,17 @@ class Method:
         return self._with_form({"era": era})._era_state(era).texels + HIT.texels
 
     def has_texel_pointers(self, era: str | bool | None) -> bool:
-        """Return whether pointers are columns and rows in the era form for a chip. A row of a user
-        whose state has no field of the type ``pointer`` keeps indices."""
-        return era in TEXEL_POINTERS and self.state.has_pointers
+        """Return whether pointers are columns and rows in the era form for a chip. A method of a
+        user keeps indices: only the kernels under ``glsl/`` are written for columns and rows."""
+        return era in TEXEL_POINTERS and not Path(self.glsl).is_absolute()
 
     def _era_state(self, era: str | bool) -> Record:
         """Return the state in the era form: it has no step count and, with marked lists
-        (LEAF_LIST), no list's end."""
+        (leaf_lists.py), no list's end."""
         state = self.state.without("steps")
-        if self.has_texel_pointers(era):
-            return state.without("end").with_texel_pointers()
-        return state
+        if not self.has_texel_pointers(era):
+            return state
+        return (state.without("end") if LEAF_LIST in self.parts else state).with_texel_pointers()
 
     def _why_not_era(self, era: str | bool) -> str:
         targets = self._era_state(era).texels + HIT.texels

@@ -163,7 +163,7 @@ def test_a_scene_with_too_many_triangles_gets_no_time(capsys, tmp_path) -> None:
                      "--era", "r420", "-o", str(tmp_path / "picture.png")]) == 0
     text = capsys.readouterr().out
     assert re.search(r"no prediction: the ATI Radeon X800 XT PE could not have run the method, "
-                     r"which needs [\d,]+ texels to index, the card has 131,072", text)
+                     r"which needs [\d,]+ exact integers, the card has 131,072", text)
 
 
 def test_a_time_names_its_form_its_rays_and_the_size(capsys, tmp_path) -> None:

@@ -54,7 +54,7 @@ def test_render_in_the_era_form(capsys: pytest.CaptureFixture[str], tmp_path: Pa
                                 method: str) -> None:
     found = printed(capsys, "render", "cornell", "-m", method, "--era", "nv40", "--size", "16",
                     "-o", str(tmp_path / "picture.png"))["on_card"]
-    assert found.keys() == fields()[ON_CARD] - {"limit"}
+    assert found.keys() == fields()[ON_CARD]
     ran = found["forms"][found["ran"]]
     assert ran == {name: found[name] for name in ("seconds", "parts")}
 

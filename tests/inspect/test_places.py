@@ -50,6 +50,17 @@ def test_records_are_what_the_textures_hold(soup: str, method: str, options: dic
                     assert np.allclose(value, wanted, near, near), (name, field)
 
 
+def test_a_cell_keeps_its_record_if_slices_are_padded(soup: str) -> None:
+    """In the era form with fp24, the table of cells has unused entries after each slice."""
+    scene = rt.load_scene(soup)
+    with rt.Tracer(scene, "grid") as today, rt.Tracer(scene, "grid", era="r420") as era:
+        plain, padded = (Places(tracer, states(tracer)[0]) for tracer in (today, era))
+        assert len(era.accelerator.tables["grid_cell"]["first"]) > padded.count == plain.count
+        records = [[places.records(number) for number in range(0, plain.count, 7)]
+                   for places in (plain, padded)]
+    assert records[0] == records[1] and len({str(one) for one in records[0]}) > 3
+
+
 def test_a_texel_is_read_although_passes_wrote_it(soup: str) -> None:
     """Passes write the boxes of geometry images, so only the textures hold these boxes."""
     with rt.Tracer(rt.load_scene(soup), "geometry-image", schedule="step") as tracer:

@@ -327,10 +327,14 @@ def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
     assert "no method 'sweep'; --methods-from or load_methods loads your own" in answer.stderr
 
 
-@pytest.mark.parametrize("chip", ["nv40", "r420"])
-def test_no_card_time_is_predicted(folder: Path, tmp_path: Path, chip: str) -> None:
+@pytest.mark.parametrize("chip, kind", [("nv40", "int"), ("r420", "int"), ("r420", "pointer")])
+def test_no_card_time_is_predicted(folder: Path, tmp_path: Path, chip: str, kind: str) -> None:
     """A user's own method runs in the era form, but no card's compiler has seen its kernels. Its
-    pointers are integers, so they stay indices on a chip with fp24."""
+    pointers stay indices on a chip with fp24, whatever the type of the fields."""
+    row = next(path for path in folder.glob("*.py") if "cursor:int" in path.read_text())
+    text = row.read_text()
+    row.write_text(text.replace("first:int", f"first:{kind}").replace("cursor:int",
+                                                                      f"cursor:{kind}"))
     says = "no costs were compiled for a method of your own"
     answer = python("-m", "gpgpu_rt", "render", "cornell", "-m", "sweep", "--methods-from",
                     str(folder), "--era", chip, "--size", "16", "-o", str(tmp_path / "o.png"))

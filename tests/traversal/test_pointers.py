@@ -45,8 +45,7 @@ def test_fields_take_the_first_texel_with_room() -> None:
 @pytest.mark.parametrize("rounding", ROUNDINGS)
 @pytest.mark.parametrize("rows", [1, 3, 32, 1000, 4096])
 def test_fp24_distinguishes_all_texels_of_a_table(rows: int, rounding: str) -> None:
-    """Rounded to fp24, the texture coordinates of a texel still lie in this texel, for a table of
-    any number of rows up to the largest texture of R420."""
+    """Rounded to fp24, the texture coordinates of a texel still lie in this texel."""
     places = table_places(MARKED_REFERENCE.with_texel_pointers(), rows)
 
     def rounded(values: object) -> np.ndarray:

@@ -32,7 +32,7 @@ uniform pointer slice_step;   // from a cell to the next cell along z
 pointer cell_pointer(ivec3 cell) {
     return pointer_to(cell.x + grid_resolution.x * cell.y) + slice_step * cell.z;
 }
-#else
+#else   // no uniform here: inside a loop, llvmpipe would fetch it for each lane
 int cell_pointer(ivec3 cell) {
     return cell.x + grid_resolution.x * (cell.y + grid_resolution.y * cell.z);
 }

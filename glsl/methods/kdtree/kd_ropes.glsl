@@ -30,11 +30,12 @@ void follow_rope(Ray ray, inout State state, inout Hit hit) {
     vec3 exits = planes_t(ray, faces_ahead(leaf, goes_down(ray)));
     float t_leave = min_component(exits);
     pointer rope = rope_taken(exits, t_leave, ropes_ahead(leaf, goes_down(ray)));
+    bool outside = is_null(rope);
     state.phase = DOWN;
-    if (hit.t < t_leave || t_leave >= state.t_exit || is_null(rope)) {
+    if (hit.t < t_leave || t_leave >= state.t_exit || outside) {
         state.phase = DONE;
     }
-    state.node = is_null(rope) ? FIRST : rope;
+    state.node = outside ? FIRST : rope;
     state.t_min = max(state.t_min, resumed(t_leave));
     state.t_max = state.t_exit;
 }

@@ -180,7 +180,8 @@ def _threaded_form(row: Method, options: Options) -> Method:
     row = with_entries(BVH_ENTERING)(row, options)
     if not options["shared_subtrees"]:
         return row
-    reason = ("fp24 cannot hold the numbers by which portals refer to shared subtrees"
+    reason = ("a portal's reference to a shared subtree is a single number, and fp24 cannot hold "
+              "such numbers of a large tree"
               if options.get("era") in TEXEL_POINTERS else "")
     return replace(row, state=row.state.extended(SHARED_WAY_OUT), no_era_form=reason)
 

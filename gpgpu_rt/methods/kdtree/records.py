@@ -31,7 +31,8 @@ KD_STATE = Record("state", "t_min t_max t_exit node:pointer "
 """A ray's state: its interval (`t_min`, `t_max`) in the current `node`, and `t_exit`, where the
 ray leaves the tree.
 
-In a leaf, the references from `cursor` to `end` are still to be tested."""
+In a leaf, the references from `cursor` to `end` are still to be tested. With marked lists
+(traversal/leaf_lists.py), `end` is left out."""
 
 KD_PUSH_DOWN_STATE = KD_STATE.extended("pushed:pointer pushing:int")
 """KD_STATE, and `pushed`, the node to restart at. `pushing` is 1 while `pushed` may still move

@@ -10,10 +10,10 @@ import numpy as np
 from ...gl.record import Record
 from ...options import Option
 from ...traversal.era_packet_form import EraPackets
-from ...traversal.leaf_lists import LEAF_LIST, is_marked, leaf_records, leaf_tables
+from ...traversal.leaf_lists import is_marked, leaf_records, leaf_tables
 from ...traversal.method import (
-    CULLING, ENTRY_POINTS, PACKET, SCHEDULES, TRIANGLE_TESTS, VERTEX_CULLING, Accelerator, Method,
-    Part, Stepwise, Tables, check_culling, stack_defines, with_entries
+    CULLING, ENTRY_POINTS, LEAF_LIST, PACKET, SCHEDULES, TRIANGLE_TESTS, VERTEX_CULLING,
+    Accelerator, Method, Part, Stepwise, Tables, check_culling, stack_defines, with_entries
 )
 from ...traversal.packet_steps import PacketSteps
 from ...traversal.packets import PacketTraversal
@@ -30,7 +30,7 @@ from .ropes import build_ropes
 from .tree import LEAF as KD_LEAF_AXIS
 
 _OPEN = np.float32(3e38)
-_TABLES = (TRIANGLE, KD_NODE, REFERENCE)    # of packets
+_TABLES = (TRIANGLE, KD_NODE, REFERENCE)
 
 _NOT_EXACT = ("strict", "nudge-relative", "nudge-absolute")
 _OPTIONS = (*BUILD_OPTIONS, Option(

@@ -22,4 +22,5 @@ the root."""
 UNIT_STATE = Record("state", "t_min t_max node:pointer cursor:pointer "
                              "| end:pointer phase:int steps:int")
 """A ray's state: the current ``node``, the ray's interval in the node (``t_min``, ``t_max``), and
-the range from ``cursor`` to ``end`` of a leaf's references that remain to be tested."""
+the range from ``cursor`` to ``end`` of a leaf's references that remain to be tested. With marked
+lists, ``end`` is left out."""

@@ -11,8 +11,8 @@ import numpy as np
 
 from ...options import Option
 from ...traversal.accelerator import Accelerator
-from ...traversal.leaf_lists import LEAF_LIST, leaf_records, leaf_tables
-from ...traversal.method import Method, Part
+from ...traversal.leaf_lists import leaf_records, leaf_tables
+from ...traversal.method import LEAF_LIST, Method, Part
 from ...traversal.triangle_table import REFERENCE, TRIANGLE, box_uniforms, triangle_table
 from ..bvh.build import node_limit
 from ..bvh.builders import BUILD_OPTIONS as BVH_BUILD
