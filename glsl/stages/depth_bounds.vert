@@ -35,9 +35,9 @@ void main() {
         vec2 a = projected(corner_a);
         vec2 b = projected(corner_b);
         vec2 c = projected(corner_c);
-        // Rounding acts like a displacement d = MARGIN * size of a vertex (eye_triangle.glsl). In half
-        // images, d across the view moves the projected vertex by d / (slope * z), and d along the view
-        // moves it by at most d / z, because x and y are in [-1, 1]. Here d is small: size < 100 z.
+        // Rounding acts like a displacement d = MARGIN * size of a vertex (eye_triangle.glsl). Image
+        // coordinates are in [-1, 1]. So d across the view moves the projected vertex by d / (slope * z),
+        // and d along the view moves it by at most d / z. Here d is small: size < 100 z.
         vec2 slope = vec2(length(right), length(up));
         vec2 wider = 0.5 * image * MARGIN * size / least(z) * (1.0 / slope + 1.0) * 2.0 + 0.01;
         lo = clamp(floor((min(min(a, b), c) - wider) / tile), vec2(0.0), tiles);

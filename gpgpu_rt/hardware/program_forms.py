@@ -76,5 +76,6 @@ def kernels_from(method: str, form: str) -> str:
 
 
 def counted_as(form: str) -> str:
-    """Return the form whose issues are counted for ``form``: both forms have the same issues."""
+    """Return the form whose kernel runs are counted in place of ``form``. The kernels of the form
+    UNCOALESCED run exactly as often as those of WHILE_WHILE."""
     return WHILE_WHILE if form == UNCOALESCED else form

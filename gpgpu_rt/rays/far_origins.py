@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 # Lengths are in radii of the sphere around the scene's box. An origin is far if its distance from
-# the sphere's centre exceeds FAR. A far origin moves forward along its ray until it is NEAR before
-# the ray's point closest to the centre. No origin moves backward.
+# the sphere's centre exceeds FAR. A far origin moves forward along its ray. It stops at the distance
+# NEAR before the ray's point closest to the centre. No origin moves backward.
 FAR = 4.0
 NEAR = 2.0
 ABREAST = 128       # points per row in `by_axis`; numpy reduces long rows faster
@@ -44,8 +44,8 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
     d = directions[far].astype(np.float64)
     length = np.sqrt((d ** 2).sum(axis=1))
     ahead = np.maximum((offset[far] * d).sum(axis=1) / length - NEAR * radius, 0) / length
-    # Round the shift to float32, so that t plus the shift is exact for a simple distance such as
-    # 10.
+    # Round the shift to float32. Then t plus the shift is exact if this sum, the distance from the
+    # original origin, is a simple number such as 10.
     shift[far] = ahead.astype(np.float32)
     moved = origins.copy()
     moved[far] = origins[far] + shift[far, None] * d

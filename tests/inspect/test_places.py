@@ -53,7 +53,8 @@ def test_records_are_what_the_textures_hold(soup: str, method: str, options: dic
 def test_a_cell_keeps_its_record_if_slices_are_padded(soup: str) -> None:
     """In the era form with fp24, the table of cells has unused entries after each slice."""
     scene = rt.load_scene(soup)
-    with rt.Tracer(scene, "grid") as today, rt.Tracer(scene, "grid", era="r420") as era:
+    with (rt.Tracer(scene, "grid", schedule="step") as today,
+          rt.Tracer(scene, "grid", era="r420") as era):
         plain, padded = (Places(tracer, states(tracer)[0]) for tracer in (today, era))
         assert len(era.accelerator.tables["grid_cell"]["first"]) > padded.count == plain.count
         records = [[places.records(number) for number in range(0, plain.count, 7)]

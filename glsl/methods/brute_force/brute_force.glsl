@@ -3,7 +3,7 @@
 
 #include "core/pointer.glsl"
 
-uniform pointer triangle_count;   // in the era form with fp24, the texel after the last triangle
+uniform pointer triangle_count;   // the pointer behind the last triangle
 
 void init(Ray ray, out State state) {
     state.cursor = FIRST;

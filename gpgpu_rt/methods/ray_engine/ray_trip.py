@@ -66,9 +66,10 @@ class RayTrip:
 
         Returns
         -------
-        chosen : the rays that the next batches intersect
+        chosen : the chosen rays that the GPU intersects
         waiting : the rays that keep waiting
-        alone : the rays in very short queues, which the host intersects now
+        alone : the chosen rays in queues shorter than the option ``cpu_below``; the host
+            intersects them
         """
         waiting = waiting[np.argsort(self.walk.key[waiting], kind="stable")]
         queues = Runs.of(self.walk.key[waiting])
