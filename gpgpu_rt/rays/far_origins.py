@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 # Lengths are in radii of the sphere around the scene's box. An origin is far if its distance from
-# the sphere's centre exceeds FAR. A far origin moves forward along its ray. It stops at the distance
-# NEAR before the ray's point closest to the centre. No origin moves backward.
+# the sphere's centre exceeds FAR. A far origin moves forward along its ray. It stops at the
+# distance NEAR before the ray's point closest to the centre. No origin moves backward.
 FAR = 4.0
 NEAR = 2.0
 ABREAST = 128       # points per row in `by_axis`; numpy reduces long rows faster

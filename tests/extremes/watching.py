@@ -23,9 +23,9 @@ def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Itera
     ``state`` and ``hit`` map names of fields to arrays with an entry per texel. The state buffers
     are cleared before a traversal, because fresh textures may hold anything.
 
-    ``hit`` is empty for a pass over packets. Some drivers keep no states between passes. Then ``look``
-    is called after each draw into a target of states or hits. Without such a draw, ``look`` is
-    called once with the result of the traversal.
+    ``hit`` is empty for a pass over packets. Some drivers keep no states between passes. Then
+    ``look`` is called after each draw into a target of states or hits. Without such a draw,
+    ``look`` is called once with the result of the traversal.
     """
     driver, names = tracer.session.driver, (tracer.method.state.name, HIT.name)
     run, seen = driver.run, []
