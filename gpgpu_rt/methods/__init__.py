@@ -1,4 +1,4 @@
-"""The method table: a row for each method. Command line, viewer, tests and figures read it."""
+"""The method table: a row for each method."""
 from __future__ import annotations
 
 import os
@@ -25,8 +25,8 @@ from .tree_unit import rows as tree_unit
 
 _TABLE: dict[str, Method] = {}
 _FILES: dict[str, Path] = {}    # the Python file of each row
-_FAMILY: dict[str, str] = {}    # the words for the folder of each built-in method
-_LOADED: set[Path] = set()      # folders whose methods are in the table
+_FAMILY: dict[str, str] = {}    # the family of each built-in method
+_LOADED: set[Path] = set()      # folders that are in the table
 
 
 def register(method: Method, file: Path | None = None) -> Method:
@@ -43,21 +43,20 @@ def register(method: Method, file: Path | None = None) -> Method:
 
 
 def file_of(name: str) -> Path | None:
-    """Return the Python file that defines a method's row; None if a program registered the row."""
+    """Return the Python file that defines a method's row; None if a program added the row."""
     return _FILES.get(find_method(name).name)
 
 
 def family_of(name: str) -> str:
-    """Return words for a method's family (its folder), such as "kd-tree"; "own method" for users'
-    rows."""
+    """Return a method's family, such as "kd-tree"; "own method" for a user's method."""
     return _FAMILY.get(find_method(name).name, "own method")
 
 
 def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
     """Add the methods of a folder to the table: the ``ROWS`` of every Python file in the folder.
 
-    Processes that this process starts know the methods, too. The folders in the environment
-    variable GPGPU_RT_METHODS are loaded in the same way.
+    Child processes load the folder, too: it is added to the environment variable GPGPU_RT_METHODS.
+    The folders in this variable are loaded when the table is first read.
 
     Parameters
     ----------
@@ -72,7 +71,7 @@ def load_methods(folder: str | os.PathLike[str]) -> list[Method]:
     ------
     MethodError
         if the folder does not exist, a file fails to run, or a row is invalid; then no method of
-        the folder is added. The message names the folder, or file and line
+        the folder is added. The message names the folder or the file
     """
     _load_named()
     path = Path(folder).resolve()
@@ -142,7 +141,7 @@ def _load(folder: Path) -> list[Method]:
     if folder in _LOADED:
         return []
     before = set(_TABLE)
-    # Mark the folder first, so that a file that reads the table does not load the folder again.
+    # Mark first: a method file may read the table, which would load the folder again.
     _LOADED.add(folder)
     try:
         plugins.register_folder(folder, register)

@@ -1,7 +1,4 @@
-"""Choices: a choice is a method with its options.
-
-A tracer has a choice for coherent rays and a choice for incoherent rays.
-"""
+"""Choices: a tracer has a choice (a method with options) for coherent and for incoherent rays."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -26,8 +23,8 @@ class Choice:
     method, options : arguments of `Tracer`
     promise : the error bounds that the user asked for, see `accuracy.error_targets.Promise`;
         empty if the user asked for no bounds
-    measured : measurements of this choice, by name: rays, wrong, upper_95, t_error,
-        rays_per_second, bytes, ...
+    measured : name -> measurement by `tune`, such as rays_per_second and upper_95 (the upper
+        95 % confidence bound of the share of wrong rays)
     """
 
     method: str
@@ -77,16 +74,15 @@ class Choices:
         return (one.method, one.options) != (other.method, other.options)
 
     def resolved(self) -> dict[str, tuple[Method, dict[str, Any]]]:
-        """Return kind of rays -> (row of the method table, every option with its value)."""
+        """Return kind of rays -> the result of `Choice.resolved` for its choice."""
         return {rays: self.of(rays).resolved() for rays in RAYS}
 
     def with_options(self, options: Mapping[str, Any], where: str) -> Choices:
-        """Return these choices, with the caller's options added to each choice.
+        """Return these choices with ``options`` added. Only PASSING options may be new.
 
         Parameters
         ----------
-        options : option -> value. An option outside ``PASSING`` must have the value that both
-            choices already have
+        options : option -> value
         where : where the choices come from, such as "the settings file", for the error message
 
         Raises

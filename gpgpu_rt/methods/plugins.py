@@ -1,4 +1,4 @@
-"""Plugins: loads a user's methods from Python files and checks their rows of the method table.
+"""Plugins: loads a user's methods from Python files and checks the methods' rows.
 
 Each file defines its rows as ``ROWS`` (docs/how-to/add-a-method.md).
 """
@@ -32,12 +32,12 @@ _MOST_KERNELS = 4    # the largest number of kernels of a row in a user's file
 # A pass writes the state and the hit; with statistics, it also writes the counters. Each texel of
 # these records needs a render target.
 MOST_STATE_TEXELS = TARGETS - HIT.texels - COUNTERS.texels
-# Method files that were written for version 0.1 import modules by these old names.
+# Old module names, which method files for version 0.1 import.
 _FORMER_NAMES = {"gpgpu_rt.record": gl_record, "gpgpu_rt.texel_layout": triangle_table}
 
 
 def named_folders() -> list[Path]:
-    """The folders named by the environment variable GPGPU_RT_METHODS, separated as in PATH."""
+    """Return the folders in the environment variable GPGPU_RT_METHODS, separated as in PATH."""
     return [Path(one) for one in os.environ.get(VARIABLE, "").split(os.pathsep) if one]
 
 
@@ -48,7 +48,7 @@ def name_folder(folder: Path) -> None:
 
 
 def files_of(folder: Path) -> list[Path]:
-    """The method files of a folder, sorted. Names that begin with "_" or "test_" are left out."""
+    """Return a folder's method files, sorted, without names that begin with "_" or "test_"."""
     if folder.is_file():
         raise MethodError(f"{folder} is a file; give its folder, {folder.parent}")
     if not folder.is_dir():
@@ -90,7 +90,7 @@ def rows_of(path: Path) -> list[Method]:
 
 
 def register_folder(folder: Path, register: Callable[[Method, Path], Method]) -> None:
-    """Register all methods of a folder."""
+    """Load the method files of a folder and call ``register`` with each row."""
     for path in files_of(folder):
         for row in rows_of(path):
             try:
@@ -148,8 +148,8 @@ def _check_kinds(row: Method, where: str) -> None:
             ("options", row.options, Option, "Options"),
             ("tables", row.tables, (Record, PackedRecord), "Records")):
         if isinstance(values, kinds):
-            raise MethodError(f"{where}: {name} is not a tuple; a tuple of one needs a comma at "
-                              "its end: (ONE,)")
+            raise MethodError(f"{where}: {name} is not a tuple; end a tuple with one entry by a "
+                              "comma: (ENTRY,)")
         if not isinstance(values, (tuple, list)):
             raise MethodError(f"{where}: {name} is {values!r}; give a tuple of {what}")
         wrong = [one for one in values if not isinstance(one, kinds)]
@@ -160,9 +160,9 @@ def _check_kinds(row: Method, where: str) -> None:
             field, _, kind = word.partition(":")
             if not (kind.isdecimal() if isinstance(record, PackedRecord)
                     else (kind or "float") in FIELD_TYPES) or not field.isidentifier():
-                known = "bits" if isinstance(record, PackedRecord) else ", ".join(FIELD_TYPES)
-                raise MethodError(f"{where}: record {record.name} has a field {word!r}; its type "
-                                  f"is one of: {known}")
+                known = "1, 2, ..." if isinstance(record, PackedRecord) else ", ".join(FIELD_TYPES)
+                raise MethodError(f"{where}: record {record.name} has a field {word!r}; write "
+                                  f"NAME:TYPE, with a type of: {known}")
         try:
             _ = record.fields
         except ValueError as failure:       # a texel of the layout has too many components

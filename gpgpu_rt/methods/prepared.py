@@ -23,8 +23,7 @@ Prepare = Callable[[np.ndarray, Mapping[str, Any]], Accelerator]
 def guarded(row: Method, path: Path) -> Prepare:
     """Return a function that calls the row's ``prepare`` and checks the returned Accelerator.
 
-    Exceptions other than `Error` become a MethodError with a message of one line. If the
-    environment variable GPGPU_RT_TRACEBACK is set, the command line also prints the traceback.
+    Exceptions other than `Error` become a MethodError with a message of one line.
 
     Parameters
     ----------
@@ -45,7 +44,7 @@ def guarded(row: Method, path: Path) -> Prepare:
             raise MethodError(f"{where}: prepare returns {type(made).__name__}; return an "
                               "Accelerator")
         missing = {"scene_lo", "scene_hi"} - set(made.uniforms)
-        if missing:     # without these uniforms, rays could miss triangles on the faces of boxes
+        if missing:     # without them, rays could miss triangles on the faces of boxes
             raise MethodError(f"{where}: prepare returns no {' and no '.join(sorted(missing))}; "
                               "the kernels need these uniforms to widen boxes; add "
                               "**box_uniforms(triangles)")
@@ -66,8 +65,7 @@ def guarded(row: Method, path: Path) -> Prepare:
 
 
 def _code(row: Method) -> str:
-    """Return the code of a method's programs without comments, with every file that an option can
-    choose."""
+    """Return a method's GLSL code without comments, with every file that an option can choose."""
     parts = {part.name: "\n".join(f'#include "{file}"'
                                   for file in (part.plain, *part.files.values()))
              for part in row.parts}
@@ -116,7 +114,7 @@ def _check_fields(record: Record | PackedRecord, fields: Mapping[str, Any], wher
 
 
 def place_of(path: Path, failure: BaseException) -> str:
-    """Return the path of a file and, if known, the line of the file that raised ``failure``."""
+    """Return "path:line", with the line that raised ``failure``; without it, if it is unknown."""
     if isinstance(failure, SyntaxError) and failure.lineno:
         return f"{failure.filename}:{failure.lineno}"
     lines = [frame.lineno for frame in traceback.extract_tb(failure.__traceback__)

@@ -18,8 +18,8 @@ def sah_cost(structure: Structure, *, traversal_cost: float = 1.0,
              intersection_cost: float = 1.0) -> float:
     """Return the expected cost of a random line that crosses the scene's box and hits nothing.
 
-    A node (or cell) costs `traversal_cost`, plus `intersection_cost` for each of its triangles.
-    Each cost is multiplied by the node's surface area, and divided by that of the scene's box.
+    A node (or cell) costs `traversal_cost`, plus `intersection_cost` for each of its references.
+    The sum weights each node by its surface area, relative to the scene's box.
     """
     return _cost(_areas(structure), traversal_cost, intersection_cost)
 
@@ -36,8 +36,8 @@ def quality(structure: Structure, *, traversal_cost: float = 1.0,
             intersection_cost: float = 1.0) -> dict[str, int | float]:
     """Return the figures of merit: name -> value.
 
-    `references_per_leaf` averages over leaves (or cells) that are not empty, and
-    `references_per_triangle` averages over triangles that have a reference.
+    `references_per_leaf` ignores empty leaves (or cells); `references_per_triangle` ignores
+    triangles without references.
     """
     areas, counts = _areas(structure), _leaf_counts(structure)
     filled = int(np.count_nonzero(counts))
@@ -74,7 +74,8 @@ def _leaf_counts(structure: Structure) -> np.ndarray:
 
 
 def _areas(structure: Structure) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return each node's or cell's half area and number of references, and the box's half area."""
+    """Return the half areas of nodes or cells, their numbers of references, and the root's half
+    area."""
     if isinstance(structure, Grid):
         size = structure.cell_size.astype(np.float64)
         cells = np.diff(structure.cell_start)

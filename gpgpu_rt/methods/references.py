@@ -24,7 +24,7 @@ _FIELD = re.compile(r"(\w+) = \{((?:[^{}]|\{[^{}]*\})*)\}")
 _ENTRY = re.compile(r"@(\w+)\{(\w+),")
 _NAME = r"(?:[A-Z]\. ?(?:-?[A-Z]\. ?)*)?[^\W\d_a-z](?:[^\W\d_]|-)*[^\W\d_A-Z](?:['’]s)?"
 _AND = r"(?:, and | and |, )"
-# Names and a year, such as "Foley and Sugerman 2005"; a letter may follow the year.
+# Such as "Foley and Sugerman 2005"; a letter may follow the year.
 _BY_AUTHORS = re.compile(
     rf"({_NAME}(?:{_AND}{_NAME})*?(?: et al\.)?),? \(?((?:18|19|20)\d\d[a-z]?)\b")
 _BY_TITLE = re.compile(r"""["“]([A-Z][^"“”]{9,160}?)[,.]?["”],? [^"“”]{0,60}?"""
@@ -40,7 +40,7 @@ class CitedWork:
     key : the work's name in the file, such as "arvo1987"; a letter may follow the year
     authors : initials and surname of each author
     venue : journal, conference or school, with the volume
-    year : None if the work has no year, such as the survey itself
+    year : None if the work has no year
     sections : numbers of the survey's sections that discuss the work
     """
 
@@ -68,7 +68,7 @@ class CitedWork:
             f"section{'s' * (len(self.sections) > 1)} {', '.join(self.sections)}")
 
     def written_by(self, names: list[str], more: bool) -> bool:
-        """Return whether a citation by these names, with "et al." if ``more``, means this work."""
+        """Whether a citation with these surnames means this work; ``more``: with "et al."."""
         if len(names) + more > len(self.surnames) or more and len(self.surnames) < 3:
             return False
         return (more or len(names) == len(self.surnames)) and all(
@@ -90,7 +90,7 @@ def find_work(citation: str) -> CitedWork | None:
 
 
 def reference(citation: str) -> str:
-    """Return the full citation and the survey's sections; or ``citation`` if it is unknown."""
+    """Return the full citation and the survey's sections; an unknown citation unchanged."""
     work = find_work(citation)
     if work is None:
         return citation
@@ -98,9 +98,9 @@ def reference(citation: str) -> str:
 
 
 def citations(text: str) -> list[tuple[str, CitedWork | None]]:
-    """Return the citations in a text: the words of each citation, and its work or None.
+    """Return (words, work) for each citation in a text. The work is None if it is unknown.
 
-    Other names before a year, such as a conference's name, count as a citation without a work.
+    Any capitalised name before a year, such as a conference's name, counts as a citation.
     """
     text = re.sub(r"\s+", " ", text)
     found = [(at.start(), at[0], _titled(at[1])) for at in _BY_TITLE.finditer(text)]
@@ -125,7 +125,7 @@ def _titled(title: str) -> CitedWork | None:
 
 def _authored(names: str, year: str) -> CitedWork | None:
     """Return the only work of these authors and this year, or None. For a year without a letter,
-    prefer a work without a letter."""
+    a key without a letter is preferred."""
     more = names.endswith(" et al.")
     surnames = [re.sub(r"['’]s$", "", name).split(" ")[-1].split(".")[-1]
                 for name in re.split(_AND, names.removesuffix(" et al."))]

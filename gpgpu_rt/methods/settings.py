@@ -24,11 +24,11 @@ from .choices import COHERENT, INCOHERENT, PASSING, RAYS, Choice, Choices
 
 FORMAT = 2
 ONE_CHOICE = 1    # the older format, which has one choice for all rays
-# The choices for a scene that was not tuned. Their hits equal the hits of every other exact choice
-# to the bit, and no other exact choice is ever much faster. Packets trace eye and shadow
-# rays faster than single rays do, but incoherent rays more slowly (docs/notes/schedules.md).
-# docs/notes/bvh.md reports the gain of entry points. The option interval_test is off: mirror rays
-# also count as coherent, and interval_test makes packets of mirror rays slower than single rays.
+# The choices for a scene that was not tuned. Both give exact hits, and no other choice that does
+# was found to be much faster. Packets trace coherent rays faster than single rays do, but
+# incoherent rays more slowly (docs/notes/schedules.md); for entry points see docs/notes/bvh.md.
+# interval_test is off: it makes packets of mirror rays, which count as coherent, slower than
+# single rays.
 SAFE_DEFAULT = {
     COHERENT: ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16,
                               "entry_points": 32}),
@@ -37,13 +37,12 @@ SAFE_DEFAULT = {
 
 @dataclass(frozen=True)
 class Settings:
-    """Choices, and the scene and the renderer on which the choices were measured.
+    """Choices with the scene and the renderer on which they were measured.
 
     Attributes
     ----------
     scene : the scene's "name", number of "triangles" and the "sha256" of its triangles
     renderer : OpenGL's name of the renderer
-    choices : the choices for coherent and for incoherent rays
     """
 
     scene: dict[str, Any]
@@ -118,8 +117,7 @@ def store(settings: Settings) -> Path | None:
 
 
 def find(scene: Scene, renderer: str) -> Settings | None:
-    """Return the cached settings for a scene and a renderer, or None. Warn of unusable settings.
-    """
+    """Return the cached settings for a scene and a renderer, or None. Warn of unusable ones."""
     path = _path(describe(scene)["sha256"], renderer)
     try:
         if path is None or not path.is_file() or not is_own(path.stat()):
@@ -137,10 +135,9 @@ def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
               ) -> tuple[Choices, Settings | None]:
     """Return the choices of ``method="auto"``, and their settings (None for SAFE_DEFAULT).
 
-    The choices come from cached settings if the settings allow the caller's options. Otherwise
-    they come from SAFE_DEFAULT, with the caller's options added. If the default for coherent rays
-    does not accept the options, its entry points are dropped. If it does not accept them even
-    then, the default for incoherent rays serves all rays.
+    Cached settings are used if they allow the caller's options; otherwise SAFE_DEFAULT with these
+    options. If the coherent default does not accept the options, first its entry points are
+    dropped. If that does not help, the incoherent default serves all rays.
     """
     found = find(scene, renderer)
     if found is not None:

@@ -4,18 +4,17 @@ from __future__ import annotations
 from ...gl.record import Record
 
 BIH_NODE = Record("bih_node", "left_hi right_lo axis:int child:int")
-"""A node: the end of its left child (`left_hi`) and the start of its right child (`right_lo`)
-along `axis`, which is 3 for a leaf.
+"""An inner node: along `axis`, its left child ends at `left_hi` and its right child starts at
+`right_lo`. `child` is the left child; the right child follows it.
 
-`child` is an inner node's left child (the right child is the next node), or a leaf's first
-triangle."""
+A leaf has `axis` 3, and `child` is its first triangle."""
 
 BIH_BOUNDS = Record("bih_bounds", "lo:vec3 parent:int | hi:vec3 side:int")
-"""The data with which a ray climbs to a parent: a node's box, its parent, and its side.
+"""A node's box, parent and side, which a ray reads to climb.
 
 `side` is the parent's axis for a left child, the parent's axis + 3 for a right child, and 6 for
 the root."""
 
 BIH_STATE = Record("state", "t_min t_max node:int cursor:int | phase:int steps:int")
 """A ray's state: the current ``node``, the ray's interval in the node (``t_min``, ``t_max``), and
-``cursor``, the position in the node's triangles."""
+``cursor``, the next triangle to test in a leaf."""

@@ -15,7 +15,7 @@ from ...traversal.triangle_table import TRIANGLE, triangle_table
 from .records import BIH_BOUNDS, BIH_NODE, BIH_STATE
 from .tree import LEAF, build_bih
 
-# The root's value in the field `side`; records.py explains the values of other nodes, 0 to 5.
+# The root's value of the field `side`; see BIH_BOUNDS.
 ROOT = 6
 
 
@@ -33,8 +33,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
                               "axis": bih.axis, "child": bih.child},
               BIH_BOUNDS.name: {"lo": lo, "hi": hi, "parent": bih.parents(), "side": side}}
     uniforms = {"scene_lo": tuple(bih.lo), "scene_hi": tuple(bih.hi), "node_count": nodes}
-    # A ray enters each node at most once, and climbs from each node at most once. With a stack,
-    # the ray also pops each node at most once.
+    # A ray enters each node at most once, climbs from it at most once, and tests each triangle at
+    # most once. With a stack, it also pops each node at most once.
     bound = (3 if options["stack_size"] else 2) * nodes + len(bih.order)
     return Accelerator(tables, uniforms, bound, bih, boxes=bih.boxes)
 
@@ -59,6 +59,6 @@ ROWS = (Method(
     ),
     own_array=lambda options: options["stack_size"] > 0,
     fixed_defines={"ROOT": ROOT},
-    no_era_form="the array of its stack needs integer indices, which the era form lacks; without "
-                "a stack, the method was not compiled for a card",
+    no_era_form="its stack is an array with integer indices, which the era form lacks; without "
+                "a stack, the method has not been compiled for any card",
 ),)

@@ -22,17 +22,14 @@ from ...accel.runs import expand, owners, run_starts
 from ...accel.sound import alike, are_pairs, each_once, named
 
 LEAF = 3            # the axis of a leaf
-# Limit on how often a cell is halved across one axis before a plane separates the cell's box
-# centres. Scaled centres lie between -1 and 1 and are multiples of 2^-149, so about 150 halvings
-# are enough.
+# Limit on halvings of a cell across one axis. Scaled centres lie between -1 and 1 and are
+# multiples of 2^-149, so about 150 halvings separate any two.
 HALVINGS = 160
 
 
 @dataclass(frozen=True)
 class Bih:
-    """A binary tree of intervals.
-
-    Siblings are neighbours and node 0 is the root.
+    """A binary tree. Node 0 is the root, and a right child directly follows the left child.
 
     Attributes
     ----------
@@ -43,7 +40,7 @@ class Bih:
     child : (n,) int32, the left child of an inner node (the right child follows), or a leaf's
         first triangle in `order`
     count : (n,) int32, the number of triangles of a leaf; 0 for an inner node
-    order : (m,) int32, the triangles of one leaf after another, ascending in each leaf
+    order : (m,) int32, the triangles, leaf by leaf; ascending within a leaf
     depth : int, the number of edges from the root to the deepest leaf
     """
 
@@ -160,14 +157,14 @@ def _planes(cell_lo: np.ndarray, cell_hi: np.ndarray, lowest: np.ndarray, highes
     Parameters
     ----------
     cell_lo, cell_hi : (3, k), the cells
-    lowest, highest : (3, k), the lowest and highest box centres, which a plane must separate
+    lowest, highest : (3, k), the range of each cell's box centres; a plane must divide it
 
     Returns
     -------
     axis : (k,)
     plane : (k,), NaN where no plane separates the centres
-    corners : the lower and the upper corners, (3, 2 k) each, of the children's cells: first the
-        left, then the right children
+    corners : lower and upper corners of the children's cells, (3, 2 k) each; all left children
+        come first
     """
     cell_lo, cell_hi = cell_lo.copy(), cell_hi.copy()
     axis, plane = np.zeros(cell_lo.shape[1], np.int64), np.full(cell_lo.shape[1], np.nan)
@@ -193,7 +190,7 @@ def _planes(cell_lo: np.ndarray, cell_hi: np.ndarray, lowest: np.ndarray, highes
 
 
 class _BihNodes:
-    """Collects the nodes level by level, then puts them into their final order."""
+    """Collects the nodes level by level; `finish` puts them into depth-first order."""
 
     def __init__(self, box_lo: np.ndarray, box_hi: np.ndarray) -> None:
         self.box_lo, self.box_hi = box_lo, box_hi
@@ -203,7 +200,7 @@ class _BihNodes:
 
     def add(self, order: np.ndarray, count: np.ndarray, starts: np.ndarray,
             inner: np.ndarray) -> None:
-        """Append a level of nodes. `split` then sets the axes and planes of inner nodes."""
+        """Append a level of nodes. For inner nodes, the caller must then call `split`."""
         n = len(count)
         first, second = np.full(n, -1, np.int64), np.full(n, -1, np.int64)
         first[inner] = self.nodes + n + np.arange(len(inner))
@@ -228,7 +225,7 @@ class _BihNodes:
         right_lo[inner] = np.minimum.reduceat(np.where(left, np.inf, lo), starts)
 
     def finish(self, depth: int) -> Bih:
-        """Return the tree with siblings side by side and subtrees in depth-first order."""
+        """Return the tree, with pairs of siblings in depth-first order."""
         if not self.nodes:
             zero, none = np.zeros(3, np.float32), np.zeros(0, np.int32)
             return Bih(zero, zero, np.zeros(0, np.int8), *2 * (np.zeros(0, np.float32),),

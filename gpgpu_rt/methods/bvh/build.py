@@ -21,8 +21,8 @@ BUILDERS = {"sah": sah.build, "kay-kajiya": median.build, "goldsmith-salmon": in
 def node_limit(triangles: int, copies: float = 1) -> dict[str, int]:
     """Return the argument ``most_nodes`` of `build_bvh`, or {} if no limit is needed.
 
-    The limit keeps the indices of all nodes exact as floats. The table stores each node about
-    ``copies`` times, for example once for each direction octant.
+    The limit keeps all indices exact as floats. The table stores each node about ``copies`` times,
+    for example once per direction octant.
     """
     most = int(EXACT_INTEGER / copies)
     return {"most_nodes": most} if 2 * triangles - 1 > most else {}
@@ -36,8 +36,8 @@ def build_bvh(triangles: np.ndarray, *, build: str = "sah", reinsertion: int = 0
     ----------
     triangles : (n, 3, 3) float32, world units
     build : "sah", "kay-kajiya", "goldsmith-salmon", "lbvh" or "hybrid"
-    reinsertion : number of rounds in which subtrees move to places where they cost less
-        (`reinsertion.py`); leaves of several triangles are made afterwards
+    reinsertion : number of rounds that move subtrees to cheaper places (`reinsertion.py`). With
+        rounds, triangles are joined into leaves after the last round
     most_nodes : limit on the number of nodes; a tree with more nodes gets larger leaves
     options : options of the builder: see `sah.build`, `median.build`, `insertion.build`,
         `lbvh.build`, `hybrid.build`

@@ -2,10 +2,10 @@
 
 J. Goldsmith, J. Salmon, "Automatic creation of object hierarchies for ray tracing", IEEE CG&A
 7(5), 1987. The tree is binary with one triangle per leaf, as in Thrane and Simonsen (2005). A
-triangle descends from the root, at each node into the child whose area grows least. The triangle
-and a node on this path then get a new common parent. The chosen node makes the added area least:
-the area of the new parent, plus the growth of all its ancestors. The result depends on the order
-of insertion, so the triangles are shuffled. No other builder loops over single triangles.
+triangle descends from the root, always into the child whose area grows least. One node of this
+path then becomes its sibling, under a new parent. The build picks the node that adds the least
+area: the new parent's area plus the growth of its ancestors. The result depends on the order of
+insertion, so the triangles are shuffled.
 """
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def build(triangles: np.ndarray, *, seed: int = 0, **unknown: object) -> LooseTr
     order = np.random.default_rng(seed).permutation(n)
     box = np.concatenate(triangle_boxes(triangles)).astype(np.float64)[:, order]
     left, right, root = _insert(box.T.tolist())
-    # Nodes 0 to n - 1 are leaves so far, but LooseTree's root is node 0: exchange node 0 and root.
+    # A LooseTree's root is node 0: exchange node 0 and the root.
     left, right = np.array(left, np.int64), np.array(right, np.int64)
     names = np.arange(len(left))
     names[[0, root]] = names[[root, 0]]
@@ -55,7 +55,7 @@ def _insert(boxes: list[list[float]]) -> tuple[list[int], list[int], int]:
         x0, y0, z0, x1, y1, z1 = boxes[leaf]
 
         def joined(node: int) -> float:
-            """Return half the area of the box around the node and the new triangle."""
+            """Return the half area of the box of the node and the new triangle."""
             a, b = lo_x[node], hi_x[node]
             x = (b if b > x1 else x1) - (a if a < x0 else x0)
             a, b = lo_y[node], hi_y[node]

@@ -1,15 +1,13 @@
 """LBVH: a bounding volume hierarchy from sorted Morton codes.
 
 C. Lauterbach, M. Garland, S. Sengupta, D. Luebke, D. Manocha, "Fast BVH Construction on GPUs",
-Eurographics 2009. Sorting the triangles by their codes puts them along a space-filling curve. A
-triangle's place in this order is its slot. Each gap between neighbouring slots gives an inner
-node. The node's level is the first bit in which the two codes at the gap differ. To build the
-tree, the paper sorts a list of the gaps by level.
+Eurographics 2009. The triangles are sorted by their codes. A triangle's place in this order is its
+slot. Each gap between neighbouring slots gives an inner node. The node's level is the first bit in
+which the two codes at the gap differ. The paper sorts a list of the gaps by level.
 
-Here, a node spans the two slots at its gap and all neighbouring slots with the same code bits
-before the node's level. The gaps at the two ends of this span are candidates for the node's
-parent. The parent is the candidate whose two codes share more leading bits. The bits of the slot
-number are appended to each code, so that no two codes are equal.
+Here, a node spans all slots around its gap whose codes agree in the bits before the node's level.
+Its parent is the node of the gap at one end of this span: of the gap whose two codes share more
+leading bits. Slot numbers are appended to the codes, so that no two codes are equal.
 """
 from __future__ import annotations
 
@@ -74,7 +72,7 @@ def morton_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> np.ndarray:
 
 
 def sorted_codes(triangles: np.ndarray, bits: int = AXIS_BITS) -> tuple[np.ndarray, np.ndarray]:
-    """Return the codes in ascending order, and the triangle of each code. The sort is stable."""
+    """Return the codes in ascending order and their triangles, by a stable sort."""
     code = morton_codes(triangles, bits)
     order = np.argsort(code, kind="stable")
     return code[order], order
@@ -101,17 +99,17 @@ class RadixTree:
         key = code << SLOT_BITS | np.arange(len(code))
         total = 3 * AXIS_BITS + SLOT_BITS
         differ = key[:-1] ^ key[1:]
-        # Find the first differing bit by the exponent of a float64, which holds 53 bits. `differ`
-        # has up to 54 bits, so shift it right by one bit.
+        # A float64's exponent gives the first differing bit. `differ` has up to 54 bits, but the
+        # float64 holds 53, so shift by one bit.
         bits = total - 1 - np.frexp((differ >> 1).astype(np.float64))[1]
         below = (np.int64(1) << (total - bits)) - 1
         return RadixTree(np.searchsorted(key, key[:-1] & ~below),
                          np.searchsorted(key, key[:-1] | below, side="right") - 1, bits)
 
     def parents(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-        """Return the parent of each span of slots: the gap between this span and its sibling.
+        """Return the parent of each node, given its first and last slot; -1 for the root.
 
-        The span of all slots has the parent -1.
+        A parent is the index of the gap between a node and its sibling.
         """
         bits = np.concatenate([[-1], self.bits, [-1]])
         before, after = bits[first], bits[last + 1]

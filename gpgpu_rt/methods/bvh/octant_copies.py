@@ -11,20 +11,19 @@ from ...accel.options import in_range
 from ...gl.record import EXACT_INTEGER
 from .tree import Bvh
 
-# A ray that hits the box of a node's nearest kept ancestor may also hit the node's box. If more
-# than this share of the rays does so, the copies omit the node: its test costs more than it saves.
-# Measured rates are flat from 0.5 to 0.9 (docs/notes/bvh.md).
+# The copies omit an inner node if its box is hit by more than this share of the rays that hit its
+# nearest kept ancestor (estimated by areas): its test then costs more than it saves. Measured
+# rates are flat from 0.5 to 0.9 (docs/notes/bvh.md).
 MET_ANYWAY = 0.65
 
 
 @dataclass(frozen=True)
 class OctantCopies:
-    """Eight orders of a tree's nodes, nearer child first, without the nodes that prune too little.
+    """Eight copies of a tree, one per octant: nearer children first, without needless nodes.
 
-    Copy o is for directions whose component a is negative if and only if bit a of o is set.
-
-    Small subtrees may be shared: stored once, behind the copies and in the tree's own order. In
-    each copy, only the root of a shared subtree remains, called the portal.
+    Copy o is for directions whose component a is negative if and only if bit a of o is set. Small
+    subtrees may be shared: they are stored once, after the copies, in the tree's own order. Each
+    copy keeps only the root of a shared subtree, the portal.
 
     Attributes
     ----------
@@ -47,14 +46,13 @@ class OctantCopies:
     @classmethod
     def of(cls, bvh: Bvh, met_anyway: float = MET_ANYWAY, shared_subtrees: int = 0
            ) -> OctantCopies:
-        """The octant copies of a tree.
+        """Return the octant copies of a tree.
 
-        Children are ordered by their centres, along the axis that separates the centres most.
+        Siblings are ordered along the axis on which their centres lie furthest apart.
 
         Parameters
         ----------
-        met_anyway : the share, as in MET_ANYWAY, above which an inner node is dropped and its
-            children move up; 1 drops no node
+        met_anyway : as MET_ANYWAY; 1 omits no node
         shared_subtrees : store a subtree of at most this many nodes once for all copies
 
         Raises
@@ -67,14 +65,14 @@ class OctantCopies:
         inner = tree_order.inner_levels(left, right) if len(left) else []
         size = tree_order.subtree_sizes(inner, left, right)
         small = (size <= shared_subtrees) & (left >= 0)
-        top = np.arange(len(left))      # root of the shared subtree around each node, or the node
+        top = np.arange(len(left))      # root of each node's shared subtree; without one, the node
         for nodes in inner:
             for child in (left[nodes], right[nodes]):
                 top[child] = np.where(small[nodes], top[nodes], child)
         within = top != np.arange(len(left))
         portal = small & ~within
         kept = portal | _worth_a_test(bvh, inner, left, right, portal, met_anyway)
-        # Order the nodes outside shared subtrees, with portals as leaves.
+        # Order the nodes outside shared subtrees. Portals count as leaves.
         upper, number = np.flatnonzero(~within), np.cumsum(~within) - 1
         left, right = (np.where(portal[upper] | (child[upper] < 0), -1, number[child[upper]])
                        for child in (left, right))
@@ -123,16 +121,16 @@ class OctantCopies:
 
 
 def times_stored(shared_subtrees: int | None) -> float:
-    """An approximate upper bound on the average number of times that a node of a tree is stored.
+    """Return about how many times octant copies store a node, on average.
 
-    An unbalanced tree has fewer small subtrees to share and may exceed the bound.
+    An unbalanced tree has fewer subtrees to share, and may exceed this number.
     """
     return min(8.0, 1 + 32 / shared_subtrees) if shared_subtrees else 8.0
 
 
 def _front_to_back(centre: np.ndarray, inner: list[np.ndarray], size: np.ndarray,
                    left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """The position of each node in the depth-first order of each octant, (8, n) int64.
+    """Return each node's position in the depth-first order of each octant, (8, n) int64.
 
     ``centre`` is (n, 3) float64, twice the centre of each node's box.
     """
@@ -141,8 +139,7 @@ def _front_to_back(centre: np.ndarray, inner: list[np.ndarray], size: np.ndarray
     apart[nodes] = centre[right[nodes]] - centre[left[nodes]]
     axis = np.abs(apart).argmax(axis=1)
     apart = np.take_along_axis(apart, axis[:, None], 1)[:, 0]
-    # Where `apart` is positive, rays with a negative direction along `axis` reach the right child
-    # first.
+    # If `apart` is positive, negative directions along `axis` reach the right child first.
     negative = (np.arange(8)[:, None] >> axis) & 1 == 1
     swapped = ((apart > 0) & negative) | ((apart < 0) & ~negative)
     return tree_order.depth_first(inner, size, np.where(swapped, right, left),
@@ -151,9 +148,9 @@ def _front_to_back(centre: np.ndarray, inner: list[np.ndarray], size: np.ndarray
 
 def _worth_a_test(bvh: Bvh, inner: list[np.ndarray], left: np.ndarray, right: np.ndarray,
                   always: np.ndarray, met_anyway: float) -> np.ndarray:
-    """Whether to keep each node, (n,) bool.
+    """Return whether to keep each node, (n,) bool.
 
-    Leaves, and the nodes that ``always`` marks, are kept; other nodes only if they prune enough.
+    Leaves and nodes in ``always`` are kept; other nodes only if they prune enough (MET_ANYWAY).
     """
     area = half_area(bvh.lo.T.astype(np.float64), bvh.hi.T.astype(np.float64))
     # `around` is the area of the nearest kept node at or above each node.

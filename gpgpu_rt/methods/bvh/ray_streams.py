@@ -26,12 +26,12 @@ NEAR, FAR, LEAF = "xyz"   # channels of a filtered stream's flags
 
 
 class RayStreams(MethodDriver):
-    """Runs `bvh-packet` with the option ``streams``; see ``Driver``.
+    """Runs `bvh-packet` with the option ``streams``.
 
-    An element is a pair of a ray and a node. All waiting elements form one stream, which is used
-    as a stack. A pass pops the last ``stream_size`` elements, and each element's ray tests both
-    children of its node. The pass pushes far children first, so near children are popped first. At
-    leaves, rays test triangles. If too few elements wait, further rays start at the root.
+    An element is a pair of a ray and a node. The waiting elements form a stream, used as a stack.
+    A pass pops the last ``stream_size`` elements and tests both children of each element's node.
+    It pushes far children first, so that near children are popped first. At leaves, rays test
+    triangles. If too few elements wait, further rays start at the root.
 
     The stream has space for ``stream_size`` elements per level of the tree, because each pass
     replaces popped elements by elements one level deeper.
@@ -95,7 +95,7 @@ class RayStreams(MethodDriver):
 
     def _filter(self, rays: RayTextures, hits: Target, first: int, count: int,
                 any_hit: bool) -> int:
-        """Replace ``count`` elements from ``first`` by entered children. Return their number."""
+        """Replace the last ``count`` elements. Return the number of elements that replace them."""
         self.lengths.append(count)
         tally = [TALLY] if self.tallied else []
         self._draw("stream_visit", ("visited", "values"),
@@ -118,16 +118,13 @@ class RayStreams(MethodDriver):
         return near + far
 
     def _gather(self, sums: Stream, flag: str, target: Stream, first: int, count: int) -> None:
-        """Copy the elements with ``flag`` to ``target``, from its element ``first`` on."""
+        """Copy the elements with ``flag`` to ``target``, where they begin at element ``first``."""
         self.room.draw("stream_take", target, [self._streams["visited"], sums],
                        first=first, count=count, defines={"FLAG": flag, "FAR": flag == FAR},
                        base=first, elements=sums.length - 1)
 
     def _test_leaves(self, rays: RayTextures, hits: Target, count: int, any_hit: bool) -> None:
-        """Test the triangles of leaves and keep each ray's nearest hit.
-
-        For equal t, keep the triangle with the lowest index.
-        """
+        """Test triangles of leaves. Keep each ray's nearest hit; for equal t, the lowest index."""
         self._draw("stream_leaves", ("tested", "met"), [rays.record, hits.record, QUEUED],
                    {**rays.samplers(), **hits.samplers(),
                     **self._streams["leaves"].called("queued").samplers()},
@@ -165,7 +162,7 @@ class RayStreams(MethodDriver):
 
     def _draw(self, name: str, targets: tuple[str, ...], reads: list[Record], textures: Samplers,
               first: int, count: int, any_hit: bool = False, **uniforms: object) -> None:
-        """Compute ``count`` elements of the target streams, from ``first`` on, with a program."""
+        """Draw a program over the target streams' elements ``first`` to ``first + count - 1``."""
         streams = [self._streams[target] for target in targets]
         program = self._program(f"methods/bvh/{name}", reads,
                                 [stream.record for stream in streams], any_hit)
@@ -181,7 +178,7 @@ class RayStreams(MethodDriver):
 
     def _over_rays(self, rays: RayTextures, hits: Target | None, target: Target,
                    any_hit: bool) -> None:
-        """Draw a pass over all rays. Start the rays if ``hits`` is None, else write their hits."""
+        """Draw a pass over all rays: start them if ``hits`` is None, else write their hits."""
         reads = [rays.record] if hits is None else [TALLY] if self.tallied else []
         layout = self.precision.layout
         writes = [layout(self.method.state), layout(HIT)]
@@ -233,7 +230,7 @@ class RayStreams(MethodDriver):
             self._streams[name] = self.room.stream(record, elements)
         images = [LEAST, LOWEST, *([TALLY] if self.tallied else [])]
         self._images = {record.name: Target(self.gpu, record, size) for record in images}
-        self._size = size       # set only now, when every texture exists
+        self._size = size       # last: now every texture exists
         if self.tallied:
             self._images["tally"].clear()
 

@@ -11,13 +11,12 @@ from ...traversal.records import PACKET_STATE
 BVH_NODE = Record("bvh_node", "lo:vec3 escape:pointer | hi:vec3 first:pointer")
 """A threaded node: its box, its escape index, and a leaf's first triangle.
 
-The escape index is the node at which a ray goes on after the node's subtree; -1 ends the
-traversal. ``first`` is -1 for an inner node. In octant copies without shared subtrees, ``lo`` is
-the corner that the octant's rays reach first.
+The escape index is the next node after the node's subtree; -1 ends the traversal. ``first`` is -1
+for an inner node. In octant copies without shared subtrees, ``lo`` is the corner that the octant's
+rays reach first.
 
-In each octant copy, a portal stands for a shared subtree, which is stored once. The portal's
-``first`` is -2 - s, where s is the first node of the shared subtree. In a shared subtree, the
-escape index -1 leads to the node after the portal.
+A portal (octant_copies.py) has ``first`` = -2 - s, where s is the first node of the shared
+subtree. In a shared subtree, the escape index -1 leads to the node after the portal.
 """
 
 BVH_PAIR = Record("bvh_pair", "left_lo:vec3 left:int | left_hi:vec3 | right_lo:vec3 right:int "
@@ -34,12 +33,12 @@ QUANTISED_NODE_16 = PackedRecord(
 
 QUANTISED_NODE_8 = PackedRecord(
     "quantised_node", "lo_x:8 hi_x:8 lo_y:8 hi_y:8 | lo_z:8 hi_z:8 | " + _LINK)
-"""A threaded node in one integer texel. Each bound of its box is a number of equal steps from the
-lower corner of the scene's box, rounded outward.
+"""A threaded node in one integer texel. The bounds of its box are counted in equal steps from the
+scene's lower corner, and rounded outward.
 
 ``target`` is an inner node's escape index, a leaf's first triangle, or a portal's first shared
-node. ``last`` marks a node whose escape index is -1. After a leaf or portal without this mark, a
-ray goes on to the next node."""
+node. ``last`` marks an escape index of -1. A leaf or portal without ``last`` leads to the next
+node of the table."""
 
 _LINKS = "left:31 left_leaf:1 | right:31 right_leaf:1"
 
@@ -54,27 +53,26 @@ QUANTISED_PAIR_8 = PackedRecord(
                       "| left_lo_z:8 left_hi_z:8 right_lo_z:8 right_hi_z:8 | " + _LINKS)
 """An inner node with the boxes of its children, rounded as in QUANTISED_NODE_8.
 
-``left`` is an inner node, or the first triangle of a leaf if ``left_leaf`` is set; likewise for
-the right child."""
+``left`` is an inner node, or a leaf's first triangle if ``left_leaf`` is set; ``right`` alike."""
 
 QUEUED = Record("queued", "child:int x:int y:int t_enter")
-"""A stream element, a pair of ray and node: the node (coded as ``left`` of BVH_PAIR), the ray's
-texel, and the t at which the ray enters the node."""
+"""A stream element: a node ``child`` (coded as ``left`` of BVH_PAIR), a ray's texel, and the t at
+which the ray enters the node."""
 
 VISITED = Record("visited", "near:int near_t far:int far_t | x:int y:int")
-"""The result of a ray's visit to a node: the nearer and the farther child that the ray enters, the
-t at which it enters each child, and the ray's texel."""
+"""A ray's visit to a node: the nearer and the farther child that the ray enters, the t at which it
+enters each, and the ray's texel."""
 
 MET = Record("met", "u v tests:int")
-"""Results of a ray in a leaf, beside TESTED: barycentric u and v of the nearest hit, and the
+"""A ray's result in a leaf, in addition to TESTED: barycentric u and v of the nearest hit, and the
 number of tested triangles."""
 
 TALLY = Record("tally", COUNTERS.layout)
 """A ray's counters so far, summed by blending."""
 
 SHARED_WAY_OUT = "after:int"
-"""An additional field of states: the node at which a ray goes on after the present shared subtree,
-or -1 outside shared subtrees."""
+"""An additional field of states: the node after the present shared subtree's portal; -1 outside
+shared subtrees."""
 
 PACKET_SHARED_STATE = replace(PACKET_STATE, layout=f"{PACKET_STATE.layout} {SHARED_WAY_OUT}")
 """A packet's state with shared subtrees: PACKET_STATE and SHARED_WAY_OUT."""

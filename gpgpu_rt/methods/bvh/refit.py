@@ -1,12 +1,12 @@
 """Refitting: fit the boxes of a hierarchy to triangles that moved, and keep the tree.
 
 I. Wald, S. Boulos, P. Shirley, "Ray tracing deformable scenes using dynamic bounding volume
-hierarchies", ACM TOG 26(1), 2007. Refitting fits the boxes from the leaves up. While triangles
-move, the boxes overlap more and more. The tracer therefore rebuilds the tree when the tree's cost
-(surface area heuristic) exceeds `rebuild_ratio` times the cost after the last build. The default
-is 1.4, after "RT-DEFORM" (C. Lauterbach, S.-E. Yoon, D. Tuft, D. Manocha, 2006): that method
-rebuilds when another measure of the tree has grown by 40 %. The cost is relative to the root's
-area, so it need not rise when triangles fly apart. In this case choose a lower `rebuild_ratio`.
+hierarchies", ACM TOG 26(1), 2007. While triangles move, the boxes overlap more and more. The
+tracer rebuilds the tree when its SAH cost exceeds `rebuild_ratio` times the cost after the last
+build. The default is 1.4, after "RT-DEFORM" (C. Lauterbach, S.-E. Yoon, D. Tuft, D. Manocha,
+2006), which rebuilds when another measure of the tree has grown by 40 %. The SAH cost is relative
+to the root's area, so it may not rise when triangles fly apart; then choose a lower
+`rebuild_ratio`.
 """
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ REBUILD_RATIO = 1.4
 
 @dataclass(frozen=True)
 class Refitter:
-    """The data for refitting a tree, computed once for each tree.
+    """The links of a tree for refitting, computed once per tree.
 
     Attributes
     ----------
@@ -45,8 +45,8 @@ class Refitter:
                    [(nodes, left[nodes], right[nodes]) for nodes in reversed(levels)])
 
     def refit(self, bvh: Bvh, triangles: np.ndarray) -> Bvh:
-        """Return the tree with boxes fitted to the moved ``triangles``, (n, 3, 3) float32. The
-        order is that of the triangles from which the tree was built."""
+        """Return the tree with boxes fitted to the moved ``triangles``, (n, 3, 3) float32, which
+        have the same order as at the build."""
         if not len(self.leaves):
             return bvh
         box_lo, box_hi = triangle_boxes(triangles.take(bvh.order, axis=0))

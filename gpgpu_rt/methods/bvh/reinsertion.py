@@ -6,11 +6,11 @@ the place by a new inner node with two children: the place and the subtree. The 
 the decrease of the sum of all inner nodes' areas. A move is not made if it conflicts with a move
 of greater gain.
 
-As in the paper, the search goes from ancestor to ancestor. Departures: from each ancestor, the
-search goes down level by level, because numpy processes many nodes at once. A subtree whose move
-conflicted searches again in the same round. Two moves conflict only if they change the links of
-the same node, or if one move puts its subtree into the subtree of the other. If the moves together
-gain nothing, only the half with the greater gains is made.
+As in the paper, the search climbs from ancestor to ancestor. Departures: below each ancestor, it
+goes down level by level, because numpy processes many nodes at once. A subtree whose move
+conflicted searches again in the same round. Two moves conflict if they change the links of the
+same node, or if the place of one move lies in the subtree that the other moves. If the moves
+together gain nothing, only the half with the greater gains is made.
 """
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ class _Tables:
     # The search --------------------------------------------------------------------------------
 
     def _found(self, nodes: np.ndarray) -> _Moves:
-        """The best move of each subtree that gains by a move, in ascending order of gain."""
+        """Return the best move of each subtree that can gain, in ascending order of gain."""
         parts = np.split(nodes, range(AT_ONCE, len(nodes), AT_ONCE))
         found = list(threads(len(nodes))(self._search, parts))
         moves = _Moves(*(np.concatenate([getattr(part, field.name) for part in found])
@@ -114,21 +114,20 @@ class _Tables:
         parent, area, box = self.parent, self.area, self.box
         moves = _Moves(nodes, np.full(len(nodes), -1, np.int32), parent[nodes],
                        np.zeros(len(nodes), np.float32))
-        pivot = parent[nodes]           # the current ancestor; search below its other child
+        pivot = parent[nodes]           # the current ancestor; search below its child `sibling`
         sibling = self._sibling(nodes)
         beside = box[sibling]           # the pivot's box without the subtree
-        freed = area[pivot]             # area that the removal saves in the nodes up to the pivot
+        freed = area[pivot]             # area that the subtree's removal saves, up to the pivot
         on = np.arange(len(nodes))
         while len(on):
             self._search_below(moves, on, pivot, sibling[on], freed[on])
             on = on[pivot[on] > 0]
-            # When the subtree leaves, its old parent is removed, and the boxes of higher ancestors
-            # shrink to the nodes that remain.
+            # The subtree's removal removes its parent and shrinks the boxes of higher ancestors.
             high = on[pivot[on] != parent[nodes[on]]]
             beside[high] = np.maximum(beside[high], box[sibling[high]])
             freed[high] += area[pivot[high]] - _half_area(beside[high])
-            # The pivot itself is a place, too. A new parent of the pivot and the subtree has the
-            # pivot's old box, so the move costs the area of this box.
+            # The pivot is a place, too. The new parent of pivot and subtree has the pivot's old
+            # box and costs its area.
             self._store_better(moves, high, pivot[high], pivot, freed[high] - area[pivot[high]])
             sibling[on] = self._sibling(pivot[on])
             pivot[on] = parent[pivot[on]]
@@ -147,7 +146,7 @@ class _Tables:
             which the nodes between pivot and place grow
         """
         while True:
-            # Prune places that cannot gain: the new parent's area is at least the subtree's area.
+            # Prune places that cannot gain more: the new parent's area is at least the subtree's.
             hope = np.flatnonzero(left_over - self.area[moves.node[which]] > moves.gain[which])
             if not len(hope):
                 return
@@ -173,8 +172,7 @@ class _Tables:
     # The moves ---------------------------------------------------------------------------------
 
     def _without_conflict(self, moves: _Moves) -> np.ndarray:
-        """Mark a set of moves without conflicts, (m,) bool. `moves` is in ascending order of gain.
-        """
+        """Return which moves to make, (m,) bool, without conflicts. `moves` ascends by gain."""
         rank = np.arange(len(moves.node), dtype=np.int32)
         links = self._links(moves)
         taken = np.full(len(self.left), -1, np.int32)   # highest rank of moves that change a node
@@ -195,16 +193,16 @@ class _Tables:
         return made
 
     def _links(self, moves: _Moves) -> tuple[np.ndarray, ...]:
-        """The nodes whose links each move changes."""
+        """Return the nodes whose links each move changes."""
         above = self.parent[moves.node]
         return (moves.node, above, self._sibling(moves.node), self.parent[above], moves.place,
                 self.parent[moves.place])
 
     def _make(self, moves: _Moves, made: np.ndarray) -> None:
-        """Make the moves that ``made``, (m,) bool, marks. Unmark the moves that are undone.
+        """Make the moves that ``made``, (m,) bool, marks.
 
-        While the moves together do not lower the cost, undo them and make only the half with the
-        greater gains. A single move is made in any case.
+        While they do not lower the cost together, undo and unmark them, and make only the half
+        with the greater gains. A single move is always made.
         """
         before = [values.copy() for values in (self.left, self.right, self.parent)]
         cost = self.cost

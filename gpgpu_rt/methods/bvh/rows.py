@@ -56,8 +56,7 @@ def _built(triangles: np.ndarray, options: Options) -> Bvh:
     bvh = limited(times_stored(shared))
     if shared and 8 * len(bvh.escape) > EXACT_INTEGER and (
             OctantCopies.of(bvh, shared_subtrees=shared).records > EXACT_INTEGER):
-        # This tree is unbalanced and shares few nodes. Build the tree again, with the node limit
-        # for eight whole copies.
+        # An unbalanced tree shares few nodes: build it again, within the limit for whole copies.
         return limited(8)
     return bvh
 
@@ -68,7 +67,7 @@ def _accelerator(bvh: Bvh, kept: _Kept, triangles: np.ndarray,
     fields, uniforms = layout.fields(bvh, options)
     lo, hi = scene_box(bvh)
     width, height = options.get("packet", (1, 1))
-    # With entry points, a walk starts at a list of nodes and needs a step to find the list's end.
+    # With entry points, a walk through a list of nodes needs an extra step to find the list's end.
     ends = 1 if options.get("entry_points") else 0
     return Accelerator(
         {**triangle_table(triangles, bvh.order, kept.last), layout.record(options).name: fields},
@@ -127,7 +126,7 @@ _REBUILD = Option("rebuild_ratio", REBUILD_RATIO, "rebuild the tree of moved tri
                   "SAH cost of the refitted tree is this many times the cost of the last build; "
                   "0: always rebuild", float, minimum=0, label="rebuild at cost ratio")
 
-# Options choose these files. The walk of a packet is in the row's ``glsl`` file.
+# GLSL files that options choose.
 _SUBTREES = Part("subtrees", "shared_subtrees", "methods/bvh/own_subtrees.glsl",
                  {True: "methods/bvh/shared_subtrees.glsl"})
 _ENTRIES = Part("entries", "entry_points", "methods/bvh/threaded_root.glsl",
@@ -163,8 +162,8 @@ def _own_array(options: Options) -> bool:
 
 
 def _stack_row(name: str, summary: str, **more: Any) -> Method:
-    """Return a row of Günther's method. The row's field ``state`` is the record of a ray; the
-    function in its field ``packet_state`` returns a packet's record."""
+    """Return a row of Günther's method. ``state`` is a ray's record; ``packet_state`` returns a
+    packet's."""
     return Method(
         name=name, summary=summary, citation="Günther et al. 2007",
         glsl=f"methods/bvh/{name.replace('-', '_')}.glsl", kernels=("step_packet",),

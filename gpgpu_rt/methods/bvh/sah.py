@@ -4,8 +4,7 @@ As in I. Wald, "On fast construction of SAH-based bounding volume hierarchies", 
 divide the range between the outermost centroids. In nodes with few triangles, every split between
 two triangles is tried (a sweep), as in I. Wald, S. Boulos, P. Shirley, "Ray tracing deformable
 scenes using dynamic bounding volume hierarchies", 2007. All three axes are tried. A node is split
-at the median triangle if it is binned and its centroids coincide, or if its subtree could exceed
-the depth cap.
+at the median triangle if its bins give no split, or if its subtree could exceed the depth cap.
 """
 from __future__ import annotations
 
@@ -20,7 +19,7 @@ from .top_down import TriangleLevel
 from .tree import MAX_LEAF, LooseTree
 
 FEW = 12                        # nodes of at most this many triangles are swept
-# Nodes of similar size are swept together. Each number is the size of a group's largest node.
+# Nodes of similar size are swept together. These are the largest sizes of the groups.
 FEW_SIZES = (2, 3, 4, 6, 8, FEW)
 ITEM_CHUNK = 1 << 17            # approximate number of triangles that are binned together
 
@@ -47,7 +46,7 @@ def build(triangles: np.ndarray, *, bins: int = 32, max_leaf: int = MAX_LEAF,
 def splitter(*, bins: int = 32, max_leaf: int = MAX_LEAF, traversal_cost: float = 1.0,
              intersection_cost: float = 1.0, max_depth: int = 64, run: Run = map,
              **unknown: object) -> top_down.Splitter:
-    """Return a function that splits a level's nodes by SAH, also for the build hybrid.
+    """Return a function that splits a level's nodes by SAH.
 
     run : a function such as `map`, which applies a function to the parts of a level
     other parameters : as in `build`
@@ -72,10 +71,10 @@ def splitter(*, bins: int = 32, max_leaf: int = MAX_LEAF, traversal_cost: float 
 
 
 def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The cheapest split of each node: its cost, axis and number of triangles on the left.
+    """Return the cost, axis and number of left triangles of each node's cheapest split.
 
-    The area of each side's box is multiplied by the side's number of triangles. The cost is the
-    sum of both products, divided by the node's area. Without a split, the number on the left is 0.
+    cost = (left area * left triangles + right area * right triangles) / the node's area. Without a
+    split, the number of left triangles is 0.
     """
     nodes = len(level.count)
     cost = np.full(nodes, np.inf, np.float32)
@@ -87,7 +86,7 @@ def _best(level: TriangleLevel, bins: int, run: Run) -> tuple[np.ndarray, np.nda
         better = np.flatnonzero(new < cost[some])
         cost[some[better]], axis[some[better]], taken[some[better]] = new[better], a, left[better]
 
-    # Each part is a pair: nodes, and the largest number of triangles in a node (0: bin the nodes).
+    # A part: nodes, and their largest number of triangles; 0 if they are binned.
     parts = of_like_length(level.count, FEW_SIZES, above=1)
     large = np.flatnonzero(level.count > FEW)
     parts += [(large[part], 0) for part in chunks(level.count[large], ITEM_CHUNK)]

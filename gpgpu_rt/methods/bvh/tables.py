@@ -1,8 +1,7 @@
 """Tables: fills the node tables of the BVH family.
 
 When boxes change, only the boxes of a table are written again. ``Threads`` has nodes with escape
-indices, in one order, or in an order for each direction octant. ``Pairs`` has inner nodes with the
-boxes of both children.
+indices, once or once per direction octant. ``Pairs`` has inner nodes with their children's boxes.
 """
 from __future__ import annotations
 
@@ -43,7 +42,7 @@ class Layout(Protocol):
         """
 
     def boxes(self, bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
-        """Return lower and upper corners of the records' nodes, (n, 3) float32, world units."""
+        """Return the lower and upper corners of the nodes in the table, (n, 3) float32 each."""
 
 
 class Threads:
@@ -51,8 +50,8 @@ class Threads:
 
     def __init__(self, bvh: Bvh, options: Options) -> None:
         nodes, self.stack_levels = len(bvh.escape), 0
-        # `source` is the tree's node of each record. `reversed`, (records, 3) bool, marks the axes
-        # along which the octant's rays go backward: `lo` and `hi` are exchanged there.
+        # `source` has the node of each record. `reversed`, (records, 3) bool, marks the axes on
+        # which the octant's directions are negative: `lo` and `hi` are exchanged there.
         self.source, self.reversed = np.arange(nodes, dtype=np.int32), None
         self.links = _links(bvh.escape, bvh.first, bvh.count, 0)
         if options["octants"]:
@@ -96,11 +95,7 @@ class Threads:
         return bvh.lo[self.source], bvh.hi[self.source]
 
     def _corner(self, met: np.ndarray, other: np.ndarray) -> Column:
-        """Return a corner of each record's box.
-
-        The corner comes from ``met``, (n, 3); along the axes that ``reversed`` marks, it comes
-        from ``other``.
-        """
+        """Return a corner of each record's box: ``met``, but ``other`` along reversed axes."""
         def make(rows: slice) -> np.ndarray:
             source = self.source[rows]     # `take` is several times as fast as indexing
             found = met.take(source, axis=0)
@@ -152,7 +147,7 @@ def scene_box(bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _portal_code(nodes: np.ndarray) -> np.ndarray:
-    """Convert portals' first shared nodes to BVH_NODE's field ``first``, or back."""
+    """Convert a portal's first shared node to the field ``first`` of BVH_NODE, or back."""
     return -2 - nodes
 
 

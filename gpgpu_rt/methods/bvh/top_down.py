@@ -1,8 +1,8 @@
 """Top-down build of a binary tree over triangles. All nodes of a level are split together.
 
-The triangles are sorted once by centroid along each axis. In each of these three orders, the
-triangles of a node are consecutive. A split along an axis moves the node's first triangles in this
-axis's order to the left child. A stable partition of the three orders keeps them sorted.
+The triangles are sorted once by centroid along each axis. In each of the three orders, a node's
+triangles are consecutive. A split along an axis gives the first of them in this axis's order to
+the left child. Stable partitions keep all three orders sorted.
 """
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from .tree import LooseTree
 
 @dataclass
 class TriangleLevel:
-    """The unfinished nodes of one depth.
+    """The nodes of one depth, which are to be split.
 
     Attributes
     ----------
-    order : (3, m) int64; row a lists the triangles node by node, and the triangles of a node in
-        the order of their centroids along axis a
+    order : (3, m) int64; row a lists the triangles node by node, in each node by centroid along
+        axis a
     count : (k,) int64, the number of triangles of each node
     lo, hi, centroid : (3, n) float32, boxes and centroids of all triangles, divided by a power of
         two so that no coordinate exceeds 1
@@ -38,15 +38,14 @@ class TriangleLevel:
     depth: int
 
     def extents(self) -> np.ndarray:
-        """The extent of each node's centroids along each axis, (3, k) float32."""
+        """Return the extent of each node's centroids along each axis, (3, k) float32."""
         starts = run_starts(self.count)
         ends = starts + self.count - 1
         return np.stack([self.centroid[a][self.order[a, ends]]
                          - self.centroid[a][self.order[a, starts]] for a in range(3)])
 
 
-# A splitter returns, for each node, the split axis and the number of triangles that go left; 0
-# makes the node a leaf.
+# A splitter returns each node's split axis and number of left triangles; 0 makes a leaf.
 Splitter = Callable[[TriangleLevel], tuple[np.ndarray, np.ndarray]]
 
 
@@ -54,9 +53,8 @@ def build(triangles: np.ndarray, splitter: Splitter,
           cluster: np.ndarray | None = None) -> LooseTree:
     """Split nodes until the splitter makes every node a leaf.
 
-    cluster : (n,) int, the number of each triangle's cluster, from 0, without empty clusters. Each
-        cluster becomes a tree, and the roots of these trees are the first nodes of the result.
-        None: a single tree of all triangles
+    cluster : (n,) int, each triangle's cluster, counted from 0; no cluster is empty. Each cluster
+        becomes a tree, and the first nodes of the result are their roots. None: a single tree
     """
     # Scale by a power of two, which is exact: areas must not underflow or overflow.
     _, exponent = np.frexp(np.abs(triangles).max(initial=0))

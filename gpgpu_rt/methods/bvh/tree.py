@@ -30,7 +30,7 @@ class Bvh:
     lo, hi : (n, 3) float32, the exact boxes, world units
     escape : (n,) int32, the first node after node i's subtree, or n if there is none
     first, count : (n,) int32, the start and length of a leaf's run in `order`; 0 for an inner node
-    order : (m,) int32, the triangles of one leaf after another, ascending in each leaf
+    order : (m,) int32, the triangles, leaf by leaf; ascending within a leaf
     depth : int, the number of edges from the root to the deepest leaf
     """
 
@@ -43,11 +43,11 @@ class Bvh:
     depth: int
 
     def leaves(self) -> np.ndarray:
-        """Whether each node is a leaf, (n,) bool."""
+        """Return whether each node is a leaf, (n,) bool."""
         return self.count > 0
 
     def children(self) -> tuple[np.ndarray, np.ndarray]:
-        """The left and right child of every node, (n,) int64 each; -1 for a leaf."""
+        """Return the left and right child of every node, (n,) int64 each; -1 for a leaf."""
         nodes = np.arange(len(self.count), dtype=np.int64)
         inner = ~self.leaves()
         left = np.where(inner, nodes + 1, -1)
@@ -84,7 +84,7 @@ class LooseTree:
     ----------
     left, right : (n,) int64, each node's children, -1 for a leaf; node 0 is the root
     count : (n,) int64, the number of triangles of a leaf
-    triangle : (m,) int, the triangles of one leaf after another, in the order of the nodes
+    triangle : (m,) int, the triangles, leaf by leaf in the order of the nodes
     """
 
     left: np.ndarray
@@ -93,10 +93,9 @@ class LooseTree:
     triangle: np.ndarray
 
     def coarsened(self, most_nodes: int) -> LooseTree:
-        """A tree of at most `most_nodes` nodes.
+        """Return a tree of at most `most_nodes` nodes.
 
-        If the tree is larger, every subtree with at most k triangles becomes a leaf; k is chosen
-        to keep the limit.
+        In a larger tree, every subtree with at most k triangles becomes a leaf, for a suitable k.
         """
         if len(self.left) <= most_nodes:
             return self
@@ -107,7 +106,7 @@ class LooseTree:
     def with_leaves(self, triangles: np.ndarray, max_leaf: int) -> LooseTree:
         """Turn subtrees of at most `max_leaf` triangles into leaves if the SAH cost does not rise.
 
-        A node's visit and a triangle's test both cost 1.
+        The tests of a box and of a triangle both cost 1.
         """
         inner = tree_order.inner_levels(self.left, self.right) if len(self.left) else []
         if not inner:
@@ -127,7 +126,7 @@ class LooseTree:
         return self._cut(inner, kept)
 
     def _cut(self, inner: list[np.ndarray], kept: np.ndarray) -> LooseTree:
-        """The tree of the nodes that ``kept``, (n,) bool, marks.
+        """Return the tree of the nodes that ``kept``, (n,) bool, marks.
 
         A kept node without kept children becomes a leaf of all triangles below it.
         """
@@ -137,7 +136,7 @@ class LooseTree:
                          self.triangle[np.argsort(owner, kind="stable")])
 
     def thread(self, triangles: np.ndarray) -> Bvh:
-        """The finished hierarchy in depth-first order, with boxes fitted from the leaves up."""
+        """Return the hierarchy in depth-first order, with boxes."""
         if len(triangles) == 0:
             return Bvh(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32),
                        *(np.zeros(0, np.int32) for _ in range(4)), 0)
@@ -156,7 +155,7 @@ class LooseTree:
                    count.astype(np.int32), (key & 0xffffffff).astype(np.int32), len(inner))
 
     def boxes(self, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corners of all nodes, (n, 3) float32 each, fitted from the leaves up."""
+        """Return the lower and upper corners of all boxes, (n, 3) float32 each."""
         inner = tree_order.inner_levels(self.left, self.right)
         box_lo, box_hi = triangle_boxes(triangles)
         lo = np.empty((len(self.left), 3), np.float32)

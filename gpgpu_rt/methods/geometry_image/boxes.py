@@ -1,7 +1,7 @@
 """Image boxes: computes the boxes of an image tree, and front-to-back links, on the host.
 
-Traversal uses these links but not these boxes: fragment passes compute the boxes for traversal.
-When positions change, the links stay valid, but may no longer lead from front to back.
+Traversal uses only the links; fragment passes compute its boxes. When positions change, the links
+stay valid, but may no longer lead from front to back.
 """
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def octant_links(tree: ImageTree, positions: np.ndarray
 
     Returns
     -------
-    miss, hit : (8, m) int32, as in ImageTree, but with the children ordered by the depth of their
+    miss, hit : (8, m) int32, as in ImageTree, but siblings follow each other by the depth of their
         centres along the octant's diagonal
-    roots : (8,) int32, the root at which the rays of each octant begin
+    roots : (8,) int32, the first root for each octant
     """
     lo, hi = image_boxes(tree, positions)
     signs = 1 - 2 * (np.arange(8)[:, None] >> np.arange(3) & 1)

@@ -77,9 +77,9 @@ class Deformation:
         Parameters
         ----------
         time : the argument ``time`` of the program
-        read_back : whether to read back the positions, which `tracer.scene` and the shading of
-            pictures need. Without a readback, rays meet the moved triangles, but triangles are not
-            tested again for zero area
+        read_back : whether to read back the positions, which `tracer.scene` and shading need.
+            Without it, rays hit the moved triangles, but triangles that have lost or gained their
+            area are not noticed
 
         Raises
         ------
@@ -131,7 +131,7 @@ class Deformation:
 
 
 def _text(program: str | Path) -> str:
-    """Return what ``#include <deformation>`` includes: GLSL text, or the name of a file."""
+    """Return the content of ``#include <deformation>``: GLSL text, or "file:" and a path."""
     if program in BUILT_IN:
         return f"file:methods/geometry_image/{program}.glsl"
     if isinstance(program, Path) or "(" not in program:

@@ -80,7 +80,7 @@ class Pyramid:
         self._odd = _kept(gpu, np.concatenate([np.zeros((0, 4)), *spans[1::2]]))
 
     def bounds(self, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Read back and return the box (lo, hi), (3,) float32 each, around the given nodes."""
+        """Read back boxes. Return the box (lo, hi), (3,) float32 each, of all given nodes."""
         boxes = np.array([[self._corner(node, k) for k in (0, 1)] for node in nodes.tolist()])
         return boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
 
@@ -106,5 +106,5 @@ def _kept(gpu: Gpu, corners: np.ndarray) -> Rectangles:
 
 
 def _box_sampler(record: Record) -> str:
-    """Return the name of the sampler for the texture with a pyramid's box corners."""
+    """Return the sampler name of the texture that holds a pyramid's box corners."""
     return f"{record.name}{record.plane_of(record.fields[0].texel).suffix}_table"

@@ -14,12 +14,12 @@ IMAGE_CELL = Record("image_cell", "corner:int across:int down:int face:int")
 triangle has no area."""
 
 MIN_PYRAMID = Record("min_pyramid", "lo:vec3 miss:int")
-"""A node of a geometry image's quadtrees: the lower corner of its box, and ``miss``, the node
-after its subtree, or -1 if there is none."""
+"""A quadtree's node: the lower corner of its box, and the node after its subtree (``miss``; -1 if
+there is none)."""
 
 MAX_PYRAMID = Record("max_pyramid", "hi:vec3 hit:int")
-"""The second half of a node, after MIN_PYRAMID: the upper corner of its box, and ``hit``, its
-first child. For a leaf, ``hit`` is -1 - cell."""
+"""The rest of a MIN_PYRAMID's node: the upper corner of its box, and its first child (``hit``).
+For a leaf, ``hit`` is -1 - i, where i is its IMAGE_CELL."""
 
 PYRAMID_LINK = Record("pyramid_link", "miss:int hit:int")
 """A node's links ``miss`` and ``hit`` for a direction octant. The table holds all nodes for

@@ -44,7 +44,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 
 def _refit(accelerator: Accelerator, triangles: np.ndarray,
            options: Mapping[str, Any]) -> Accelerator:
-    """Write new positions into the image. Links stay valid; the finisher recomputes the boxes."""
+    """Write new positions into the image; the finisher recomputes the boxes."""
     return _with_positions(accelerator, triangles, options["level"])
 
 
@@ -57,8 +57,8 @@ def _with_positions(accelerator: Accelerator, triangles: np.ndarray, level: int)
         shown[tree.face], shown[tree.face + 1] = halves[::2], halves[1::2]
     else:
         shown = triangles
-    # Mark the halves (triangles) without area in the cells of charts. Single triangles need no
-    # marks: programs skip the second half, and a flat triangle already has three equal corners.
+    # In charts, mark the triangles without area. Single triangles need no marks: the corners of a
+    # flat triangle are equal already.
     flat = tree.without_area(shown) if tree.charts else np.zeros(len(shown) + 1, bool)
     signs = [np.where(flat[tree.face + half], -1, 1) for half in (0, 1)]
     cells = {"corner": tree.corner, "across": tree.across * signs[0],

@@ -1,8 +1,8 @@
 """Image tree: builds quadtrees over a geometry image's cells, with links (Carr et al. 2006).
 
 A chart is a rectangle of texels, which hold positions. A cell is a quad between 2 x 2 neighbouring
-texels. The tree depends only on the sizes of the charts and on the level of detail. If positions
-change, fragment passes recompute the boxes (pyramid.py).
+texels. The tree depends only on the sizes of the charts and on the level of detail; passes compute
+the boxes (pyramid.py).
 
 A mesh that is no geometry image becomes an image of unconnected cells along a Morton curve, each
 with a single triangle. A quadtree over the curve is then a hierarchy over space.
@@ -113,8 +113,8 @@ class _Cells:
     corner : (c,), the first texel of each cell
     width : the distance in texels between rows
     face : (c,), the first face of each cell
-    rows_left, columns_left : (c,), the number of rows from each cell to the end of its column, and
-        of columns to the end of its row; both numbers include the cell
+    rows_left, columns_left : (c,), the numbers of rows and of columns from each cell, inclusive,
+        to the chart's end
     """
 
     code: np.ndarray
@@ -147,8 +147,8 @@ def build_image_tree(charts: Sequence[tuple[int, int]], level: int = 0) -> Image
 def build_triangle_image(triangles: np.ndarray) -> ImageTree:
     """Build the quadtree over (n, 3, 3) triangles along a Morton curve.
 
-    A cell has three texels, the corners of the quad v0 v1 v2 v1. The quad's halves are the same
-    triangle, so programs test only the first half.
+    A cell has three texels, the corners of the quad v0 v1 v2 v1. Both halves of this quad are the
+    same triangle, so programs test only the first half.
     """
     lo, hi = triangle_boxes(triangles)
     order = morton_order((lo * np.float32(0.5) + hi * np.float32(0.5)).T)
@@ -208,7 +208,7 @@ def _forest(charts: tuple[tuple[int, int], ...], cells: list[_Cells], faces: np.
 def _tree(code: np.ndarray) -> list[np.ndarray]:
     """Return the first child of every node, level by level, from the cells up to one root.
 
-    Children are numbered within their own level. The first level numbers the cells themselves.
+    Children are numbered within their own level. For a cell, the "child" is the cell itself.
     """
     tree = [np.arange(len(code))]
     while len(code) > 1:

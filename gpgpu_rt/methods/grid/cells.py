@@ -25,8 +25,8 @@ MOST_REFERENCES = 1 << 27           # 0.5 GiB of int32
 # An automatic resolution is halved while the grid of n triangles holds more than
 # USUAL_REFERENCES * n + 4096 references.
 USUAL_REFERENCES = 64
-# Smallest side of a cell, in units of the padding. Because of the padding, smaller cells would
-# list many triangles that do not overlap the cell.
+# Smallest side of a cell, in units of the padding. Smaller cells would list many triangles that
+# only the padding touches.
 FINEST_CELL = 8
 CHUNK = 1 << 18                     # columns in a chunk; a chunk of cells is four times as large
 
@@ -128,11 +128,10 @@ def _given_resolution(resolution: int | Sequence[int]) -> np.ndarray:
 
 
 def _resolution(triangles: np.ndarray, size: np.ndarray, density: float) -> np.ndarray:
-    """The number of cells along each axis i: n_i = L_i (density * n / V)^(1/3).
+    """Return the number of cells along each axis i: n_i = L_i (density * n / V)^(1/3).
 
-    The box has the sides L_i and the volume V, and holds n triangles. If the formula gives less
-    than one cell along an axis, this axis gets one cell, and the formula is applied to the
-    remaining axes.
+    The box has the sides L_i, the volume V and n triangles. An axis with less than one cell gets
+    one cell, and the formula is applied to the other axes.
     """
     if len(triangles) == 0:
         return np.ones(3, np.int64)
@@ -188,7 +187,7 @@ class Shapes:
         self.across = (self.axis[:, None] + [1, 2]) % 3
 
     def column(self, triangle: np.ndarray, rank: np.ndarray) -> np.ndarray:
-        """The first cell, along the dominant axis, of column number `rank` of each triangle."""
+        """Return the first cell, (m, 3), of column number rank[i] of triangle[i]."""
         cell = self.first[triangle]
         u, v = self.across[triangle].T
         across_u = self.cell_count[triangle, u]
@@ -199,7 +198,7 @@ class Shapes:
 
     def plane_range(self, triangle: np.ndarray,
                     cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return each column's first cell that the plane crosses, and the count of such cells."""
+        """Return each column's first cell that the triangle's plane crosses, and their count."""
         normal, axis, row = self.normal[triangle], self.axis[triangle], np.arange(len(triangle))
         first, count = self.first[triangle, axis], self.cell_count[triangle, axis]
         along = normal[row, axis]
@@ -210,7 +209,7 @@ class Shapes:
         centre = self.vertex[triangle, 0, axis] + (offset * slope).sum(axis=1)
         reach = (np.abs(slope) * self.half).sum(axis=1) + self.half[axis]
         size = self.cell_size[axis]
-        # The plane crosses the cells whose centres lie within `reach` of the plane, along `axis`.
+        # The plane crosses the cells whose centres lie within `reach` of it, along `axis`.
         low = np.ceil((centre - reach) / size - 0.5).astype(np.int64)
         high = np.floor((centre + reach) / size - 0.5).astype(np.int64)
         low = np.where(flat, first, np.maximum(low, first))
@@ -230,7 +229,7 @@ class Shapes:
         return found
 
     def edges_overlap(self, triangle: np.ndarray, cell: np.ndarray) -> np.ndarray:
-        """Whether no edge separates triangle and cell in any of the three projections."""
+        """Return whether no edge separates triangle and cell in any of the three projections."""
         centre = (cell + 0.5) * self.cell_size
         result = np.ones(len(triangle), bool)
         for a in range(3):

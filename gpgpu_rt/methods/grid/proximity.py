@@ -23,9 +23,8 @@ def proximity_cloud(grid: Grid) -> np.ndarray:
     far = np.int32(max(rx, ry, rz))
     occupied = np.diff(grid.cell_start) > 0
     distance = np.where(occupied, np.int32(0), far).reshape(rz, ry, rx)
-    # Propagate distances along x, then y, then z. After each axis, the distances are exact for
-    # paths along the axes processed so far. A step along an axis may also move one cell along each
-    # axis processed before, and still counts as one step.
+    # Propagate distances along x, then y, then z. A step along an axis may also move one cell
+    # along each earlier axis, and counts as one step.
     for axis in (2, 1, 0):
         older = [other for other in range(axis + 1, 3)]
         before = distance.copy()
@@ -39,13 +38,13 @@ def proximity_cloud(grid: Grid) -> np.ndarray:
 def _sweep(distance: np.ndarray, axis: int, older: list[int]) -> None:
     """Propagate distances forward along the axis; each step adds 1.
 
-    ``older`` holds the axes along which distances were propagated before.
+    ``older`` holds the axes that were processed before.
     """
     slices = np.moveaxis(distance, axis, 0)
     for i in range(1, len(slices)):
         carried = slices[i - 1]
         for other in older:
-            # A slice has no `axis`, so the index of each later axis is lower by one.
+            # A slice lacks `axis`: the indices of later axes are lower by one.
             carried = _least_of_neighbours(carried, other - 1)
         np.minimum(slices[i], carried + 1, out=slices[i])
 

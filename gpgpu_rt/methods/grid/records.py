@@ -15,4 +15,4 @@ GRID_STATE = Record("state", "cell:ivec3 t_enter | t_next:vec3 t_exit "
 which it leaves the grid (`t_exit`).
 
 `t_next` has, for each axis, the t at which the ray crosses into the next cell. `cursor` is the
-position in the cell's list."""
+next entry of the cell's list."""

@@ -47,8 +47,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any], proximity: bool)
 
 def _slices(first: np.ndarray, resolution: np.ndarray, options: Mapping[str, Any]
             ) -> tuple[np.ndarray, int]:
-    """Return the field ``first`` of the table of cells, and the number of table entries of a slice
-    of cells along z.
+    """Return the field ``first`` of the cells' table, and the number of entries per z slice.
 
     In the era form with fp24, each slice begins in a new row of texels, because fp24 cannot hold
     the indices of all cells.
@@ -78,8 +77,8 @@ _CULLING = replace(CULLING, option="intersection", files={
 
 def _prepare_packets(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     prepared = _prepare(triangles, options, False)
-    # Each time a packet traverses the grid, at least one ray is completed, and each slice, cell
-    # and list entry is visited at most once.
+    # Each walk of a packet through the grid completes at least one ray, and visits each slice,
+    # cell and list entry at most once.
     grid, (width, height) = prepared.structure, options["packet"]
     once = len(grid.cell_start) + len(prepared.tables[REFERENCE.name]["triangle"])
     prepared.step_bound = (once + int(grid.resolution.max()) + 2) * width * height
@@ -98,7 +97,7 @@ def _row(name: str, summary: str, citation: str, proximity: bool, **more: Any) -
 
 
 def _form(single: Method, options: Mapping[str, Any]) -> Method:
-    """Return the row of grid: for single rays with the packet 1x1, else for packets (Wald)."""
+    """Return the row of grid for single rays (packet 1x1) or for packets."""
     if options["packet"] == (1, 1):
         return single
     return replace(

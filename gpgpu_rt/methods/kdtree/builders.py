@@ -1,4 +1,4 @@
-"""The build options of all kd-tree methods, and the function that builds a tree by the options."""
+"""The build options of all kd-tree methods, and the function that builds a tree with them."""
 from __future__ import annotations
 
 import functools
@@ -47,9 +47,8 @@ BUILD_OPTIONS = (
 def automatic_values(triangles: np.ndarray, options: Mapping[str, Any]) -> dict[str, int]:
     """Return option -> the value that `built_kdtree` uses if the option is None.
 
-    The build zhou has two default limits: for the depth of large nodes, and for the levels below
-    small roots (`zhou.rules_of`). No value of ``max_depth`` stands for both limits, so the result
-    for zhou is empty.
+    The result for the build zhou is empty: its default is a pair of limits (`zhou.rules_of`),
+    which no single ``max_depth`` can express.
     """
     if options["build"] == "zhou":
         return {}
@@ -79,8 +78,8 @@ def built_kdtree(triangles: np.ndarray, options: Mapping[str, Any]) -> KdTree:
         return build_kdtree_by_passes(open_gpu(options["context"]), triangles, **chosen)
     if "workers" not in chosen:
         return cached(build_kdtree, triangles, **chosen)
-    # The cache's key leaves out the number of workers. Every number of workers builds the same
-    # tree, unless the limit MOST_REFERENCES stops the growth of subtrees (shevtsov.py).
+    # The cache's key has no number of workers: all numbers give the same tree, unless the limit
+    # MOST_REFERENCES stops the growth of subtrees (shevtsov.py).
     parallel = functools.update_wrapper(
         functools.partial(build_kdtree, workers=chosen.pop("workers")), build_kdtree)
     return cached(parallel, triangles, **chosen)

@@ -1,8 +1,8 @@
 """Hybrid build of a kd-tree: Morton codes give the upper levels, and SAH splits the levels below.
 
-C. Lauterbach et al., "Fast BVH construction on GPUs", Eurographics 2009, build a bounding volume
-hierarchy in this way; Hachisuka's survey proposes it for kd-trees (section 5). In the upper
-levels, the surface area heuristic (SAH) would be slow, because each node has many references.
+C. Lauterbach et al., "Fast BVH construction on GPUs", Eurographics 2009, build a BVH in this way;
+Hachisuka's survey proposes it for kd-trees (section 5). In the upper levels, SAH is slow, because
+each node has many references.
 
 In the paper, each triangle has a code. Here, every cell of a coarse lattice has a code, and a list
 of the triangles that overlap the cell. A node of the upper levels has a prefix of bits, and
@@ -36,7 +36,7 @@ def build(triangles: np.ndarray, *, morton_bits: int = MORTON_BITS, split: str =
 
     Parameters
     ----------
-    morton_bits : bits of a code per axis; a third of `max_depth` if the given value is larger
+    morton_bits : bits of a code per axis; larger values act as a third of `max_depth`
     split, bins, traversal_cost, intersection_cost, empty_bonus, max_depth : as in
         `sah_build.build`
     """
@@ -57,7 +57,7 @@ def build(triangles: np.ndarray, *, morton_bits: int = MORTON_BITS, split: str =
 
 
 def lattice(triangles: np.ndarray, bits: int) -> np.ndarray:
-    """The coordinates of the lattice's planes across each axis, (2^bits + 1, 3) float32.
+    """Return the coordinates of the lattice's planes across each axis, (2^bits + 1, 3) float32.
 
     The outermost planes are the faces of the scene's box.
     """
@@ -70,7 +70,7 @@ def lattice(triangles: np.ndarray, bits: int) -> np.ndarray:
 
 def cells_in_order(triangles: np.ndarray, vertices: np.ndarray, planes: np.ndarray, bits: int,
                    pad: np.float32) -> tuple[KdLevel, np.ndarray]:
-    """Return a level whose nodes are the occupied cells, sorted by code; and the sorted codes.
+    """Return a level whose nodes are the occupied cells, sorted by code, and the sorted codes.
 
     planes : see `lattice`
     """
@@ -127,8 +127,8 @@ def upper_levels(codes: np.ndarray, bits: int, planes: np.ndarray) -> LooseKdTre
 
 
 def middle_of(prefix: np.ndarray, depth: int, bits: int) -> np.ndarray:
-    """Return, for each node at ``depth``, the index of the lattice plane that halves the node. The
-    plane is across axis ``depth`` % 3."""
+    """Return the index of the lattice plane, across axis ``depth`` % 3, that halves each node at
+    ``depth``."""
     coordinate = np.zeros_like(prefix)
     for bit in range(depth % 3, depth, 3):
         coordinate = coordinate << 1 | prefix >> depth - 1 - bit & 1

@@ -14,7 +14,7 @@ the left child, and the right child directly follows it. Bit 0 of `count` is set
 is an empty leaf, and bit 1 if the right child is.
 
 For a leaf, `left` is its first reference, and `count` is its number of references. The `axis` of
-leaf number n is 3 + n. With marked lists (traversal/leaf_lists.py), `count` is left out."""
+leaf number n is 3 + n. With marked lists (traversal/leaf_lists.py), the record has no `count`."""
 
 KD_BOUNDS = Record("kd_bounds", "lo:vec3 parent:pointer | hi:vec3")
 """The box and the parent of a node, for kd-backtrack and ``entry_points``.
@@ -71,7 +71,7 @@ Bit 0 of ``needed`` is set if a ray needs the near child, bit 1 if a ray needs t
 
 KD_PACKET_STACK_STATE = replace(
     KD_PACKET_STATE, layout=KD_PACKET_STATE.layout + " popped:int | stack_node:ivec4")
-"""KD_PACKET_STATE, and `stack_node`, the nodes on the short stack, newest first, 0 if free.
+"""KD_PACKET_STATE, and `stack_node`, the nodes on the short stack, newest first; 0: free entry.
 
 ``popped`` is the number of entries that the last kernel popped."""
 
@@ -92,9 +92,9 @@ KD_PACKET_ERA_STATE = Record("state", " | ".join((
 vec4 has one number for each of the packet's four rays.
 
 ``place`` is the node of a packet that descends. In a leaf, ``place`` is the cursor, which runs up
-to ``end``. A turn is a walk from the root, of rays whose directions have equal signs. ``negative``
-marks the axes along which the directions of the current turn are negative. ``t_turn`` is the t_min
-of a ray that waits for its turn.
+to ``end``. A turn is a walk, from the root, of the rays of one direction octant. ``negative``
+marks the axes along which their directions are negative. ``t_turn`` is the t_min of a ray that
+waits for its turn.
 
 The stack has the nodes ``node_0`` to ``node_2``, newest first. The rays' intervals in these nodes
 end at ``t_max_0`` to ``t_max_2``. ``far`` is the node to push; the rays' intervals in it end at
@@ -104,6 +104,6 @@ KD_ROPES_PACKET_RAY_STATE = replace(
     STATE, layout=STATE.layout + " t_min ray_node:int", full_precision=True)
 """The state of a ray in a packet along ropes: the ray's position in the tree.
 
-``t_min`` is in float32, for the reason given at KD_PACKET_RAY_STATE. ``ray_node`` is the ray's own
-node. It is 2^24 for a ray whose search is over, or that waits for the turn of its direction octant
+``t_min`` is in float32, for the reason given at KD_PACKET_RAY_STATE. ``ray_node`` is the ray's
+node. It is 2^24 if the ray's search is over, or if the ray waits for its octant's turn
 (``drivers/packet_turns.glsl``)."""

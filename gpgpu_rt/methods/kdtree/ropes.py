@@ -46,8 +46,8 @@ def build_ropes(tree: KdTree, push_down: bool = True) -> Ropes:
 
     Parameters
     ----------
-    push_down : if True, each rope points to the smallest node that touches the whole face. If
-        False, a rope points to the root of the sibling subtree, where a packet's rays meet again
+    push_down : if True, a rope leads to the smallest node that touches the whole face; if False,
+        to the root of the sibling subtree, where a packet's rays meet again
     """
     lo, hi = tree.boxes()
     ropes = np.full((2, len(tree.axis), 3), NIL, np.int32)   # (lower or upper face, node, axis)
@@ -71,8 +71,8 @@ def _pushed_down(tree: KdTree, rope: np.ndarray, lo: np.ndarray, hi: np.ndarray,
                  upper: bool) -> np.ndarray:
     """Move the ropes of leaves' faces down the tree.
 
-    The faces are perpendicular to the axis ``face``: the upper faces if ``upper``, else the lower
-    faces. A rope moves to a child of its target as long as this child touches the whole face.
+    ``upper`` selects the upper or the lower faces across the axis ``face``. A rope moves to a
+    child of its target as long as this child touches the whole face.
     """
     rope = rope.copy()
     moving = np.flatnonzero(rope != NIL)
@@ -83,7 +83,7 @@ def _pushed_down(tree: KdTree, rope: np.ndarray, lo: np.ndarray, hi: np.ndarray,
         moving, node, axis = moving[inner], node[inner], axis[inner].astype(np.int64)
         plane, left = tree.split[node], tree.left[node]
         below, above = plane >= hi[moving, axis], plane <= lo[moving, axis]
-        across = axis == face     # split parallel to the face: one child touches the whole face
+        across = axis == face     # the split is parallel to the face: one child touches all of it
         takes_left = np.where(across, upper, below)
         goes_on = across | below | above
         rope[moving[goes_on]] = np.where(takes_left, left, left + 1)[goes_on]

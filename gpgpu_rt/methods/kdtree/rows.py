@@ -74,7 +74,6 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     check_culling(options)
     tree = built_kdtree(triangles, options)
     leaf = tree.axis == KD_LEAF_AXIS
-    # Bit 0 of an inner node's count marks an empty left leaf, bit 1 an empty right leaf.
     empty = np.append(leaf & (tree.count == 0), False)
     child = np.where(leaf, 0, tree.left)
     count = np.where(leaf, tree.count, empty[child] + 2 * empty[child + 1])
@@ -83,7 +82,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     tables = {**triangle_table(triangles),
               **leaf_tables(KD_NODE, fields, "left", leaf, tree.references, options)}
     uniforms = {"scene_lo": tuple(tree.lo), "scene_hi": tuple(tree.hi)}
-    # A ray enters each leaf at most once. Between two leaves, it climbs at most to the root.
+    # A ray enters each leaf at most once; between two leaves, it climbs at most to the root and
+    # descends.
     bound = int(leaf.sum()) * (2 * tree.depth + 3) + len(tree.references)
     return Accelerator(tables, uniforms, bound, tree, boxes=tree.boxes,
                        automatic=automatic_values(triangles, options))
@@ -100,8 +100,8 @@ def _prepare_bounds(triangles: np.ndarray, options: Mapping[str, Any]) -> Accele
 def _with_boxes(prepare: Callable[..., Accelerator]) -> Callable[..., Accelerator]:
     """Return a ``prepare`` that adds the boxes of all nodes if ``entry_points`` is given.
 
-    The scene's box clips the rays anyway, so faces on this box are moved to infinity. At infinity,
-    the rounding error of a face cannot lose a hit.
+    Faces on the scene's box are moved to infinity, where their rounding errors cannot lose a hit;
+    the scene's box clips the rays anyway.
     """
     def prepare_boxes(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
         prepared = prepare(triangles, options)
@@ -182,9 +182,8 @@ def _packet_row(name: str, summary: str, citation: str, single: str,
                 **more: Any) -> Method:
     """Return the row of a packet method.
 
-    ``states`` returns the state of a packet and the state of a ray under the schedule ``step``.
-    Under ``loop``, a packet's state is in registers, and the row's ``state`` holds only the final
-    phase of each ray.
+    ``states`` returns a packet's and a ray's state under the schedule ``step``. Under ``loop``, a
+    packet's state is in registers, and the row's ``state`` holds only each ray's final phase.
     """
     glsl = f"methods/kdtree/{name.replace('-', '_')}"
 
@@ -211,7 +210,7 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
          state: Record = KD_STATE, tables: tuple[Record, ...] = (),
          options: tuple[Option, ...] = (),
          prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
-    """Return the row of a single-ray method with further kernels, tables and options."""
+    """Return the row of a single-ray method. Arguments add kernels, tables and options."""
     return Method(
         name=name, summary=summary, citation=citation,
         glsl=f"methods/kdtree/{name.replace('-', '_')}.glsl",
@@ -222,9 +221,8 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
 
 
 def _short_stack(row: Method, options: Mapping[str, Any]) -> Method:
-    """Return the row of kd-short-stack for these options. For a stack of at most three entries,
-    the era form (docs/era.md) with fp32 has a smaller state, which fits into a card's render
-    targets."""
+    """Return the row of kd-short-stack. With at most three stack entries, its era form
+    (docs/era.md) with fp32 has a smaller state, which fits into a card's render targets."""
     if options.get("era") and not is_marked(options) and options["stack_size"] <= 3:
         return replace(row, state=KD_SHORT_STACK_ERA_STATE,
                        glsl="methods/kdtree/kd_short_stack_era.glsl")

@@ -25,15 +25,15 @@ from ...accel.runs import chunks, expand, of_like_length, owners, run_starts
 from ...threads import Run
 
 FEW = 16                # nodes of at most this many references are searched exactly
-# Nodes with similar numbers of references are searched together. A number of this list is the
-# largest number of references in a node of a group.
+# Nodes with similar numbers of references are searched together. These are the largest numbers of
+# the groups.
 FEW_SIZES = (1, 2, 3, 4, 6, 8, 12, FEW)
 WORTH_CUTTING = 0.2     # a split that cuts off at least this share of empty space gets a bonus
 
 
 @dataclass
 class KdLevel:
-    """The unfinished nodes of one depth and their references, stored node by node.
+    """The nodes of one depth, which are to be split, and their references, node by node.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class KdLevel:
 
 @dataclass
 class Splits:
-    """The best split of each node, with its cost for a ray that meets the node; inf: no split."""
+    """The best split of each node. Its cost is for a ray that hits the node; inf: no split."""
 
     cost: np.ndarray
     axis: np.ndarray
@@ -74,8 +74,8 @@ class Splits:
 class Costs:
     """The constants of the heuristic, in any common unit.
 
-    A split that cuts off empty space costs (1 - empty_bonus) times its normal cost if the empty
-    space is at least the share `WORTH_CUTTING` of the node. Slivers get no bonus.
+    A split that cuts off empty space costs (1 - empty_bonus) times as much if the space is at
+    least the share `WORTH_CUTTING` of the node.
     """
 
     traversal: float = 1.0
@@ -123,7 +123,7 @@ class SplitCost:
 def best_splits(level: KdLevel, costs: Costs, split: str, bins: int, run: Run = map) -> Splits:
     """Return the best split of every node of the level. Nodes without references get no split.
 
-    run : `map`, or a function like `map` that uses several threads
+    run : `map`, or a `map` on several threads
     """
     splits = Splits.none(len(level.count))
     starts = run_starts(level.count)
@@ -215,7 +215,7 @@ def _sorted(level: KdLevel, nodes: np.ndarray, index: np.ndarray, costs: Costs,
     before = starts[owner]
     for axis in range(3):
         # At equal coordinates, upper faces come first: a plane there separates the boxes that end
-        # there from the boxes that begin there.
+        # from the boxes that begin.
         keys = np.concatenate([
             node | (_ordered(level.box[axis].take(index)) << np.uint64(1)) | np.uint64(1),
             node | (_ordered(level.box[3 + axis].take(index)) << np.uint64(1))])

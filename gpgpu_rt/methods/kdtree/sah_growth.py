@@ -15,7 +15,7 @@ from .tree import LEAF, MOST_REFERENCES, LooseKdTree
 
 
 def sah_costs(traversal_cost: float, intersection_cost: float, empty_bonus: float) -> Costs:
-    """Check the constants of the surface area heuristic, and return them."""
+    """Check and return the constants of the surface area heuristic."""
     return Costs(in_range("traversal_cost", traversal_cost, 0, 1e6),
                  in_range("intersection_cost", intersection_cost, 1e-6, 1e6),
                  in_range("empty_bonus", empty_bonus, 0, 0.999))
@@ -46,8 +46,8 @@ def grow(level: KdLevel, depth: int, vertices: np.ndarray | None, rules: Rules,
     Parameters
     ----------
     depth : depth of the level
-    vertices : (3, 3, n) float32, indexed by vertex, axis and triangle. A triangle on both sides of
-        a split is clipped to each child. If ``vertices`` is None, only its box is cut
+    vertices : (3, 3, n) float32, indexed by vertex, axis and triangle, to clip a triangle on both
+        sides of a split to each child. None: only the triangle's box is cut
     enough : stop before the first level with at least this many nodes; None never stops early
 
     Returns
@@ -82,10 +82,7 @@ def root_level(triangles: np.ndarray, pad: np.float32) -> KdLevel:
 
 def children(level: KdLevel, nodes: np.ndarray, axis: np.ndarray, plane: np.ndarray,
              vertices: np.ndarray | None, pad: np.float32, run: Run = map) -> KdLevel:
-    """Return the children of the given nodes: all left children, then all right children.
-
-    This order keeps the references of each side in the order of their nodes.
-    """
+    """Return the children of the given nodes: all left children, then all right children."""
     count = level.count[nodes]
     index = expand(run_starts(level.count)[nodes], count)
     owner = owners(count)
@@ -145,7 +142,7 @@ class GrownNodes:
             plane: np.ndarray | None = None) -> None:
         """Append a level. `axis` and `plane` are the splits of its `inner` nodes.
 
-        The caller then appends the children: all left children, then all right children.
+        The next level must be their children: all left children, then all right children.
         """
         n, split_count = len(level.count), len(inner)
         axes, planes = np.full(n, LEAF, np.int8), np.zeros(n, np.float32)

@@ -6,8 +6,8 @@ build the top levels together. Then each worker builds subtrees, with exact SAH 
 
 Here, threads build the top levels: each thread tries planes on one axis, or makes all left or all
 right children. Then processes grow the subtrees from arrays in shared memory. Every number of
-workers builds the same tree, with one exception: the limit `MOST_REFERENCES` may stop the growth
-of a group of subtrees. Processes are spawned, because a fork would inherit the OpenGL context.
+workers builds the same tree, unless the limit `MOST_REFERENCES` stops the growth of a group of
+subtrees. Processes are spawned, because a fork would inherit the OpenGL context.
 """
 from __future__ import annotations
 
@@ -67,8 +67,7 @@ def _awake() -> None:
 
 
 def _deal_out(count: np.ndarray, groups: int) -> list[np.ndarray]:
-    """Distribute nodes to groups with about equally many references. The largest nodes come first.
-    """
+    """Distribute nodes to groups with about equally many references, the largest nodes first."""
     dealt: list[list[int]] = [[] for _ in range(groups)]
     held = np.zeros(groups, np.int64)
     for node in np.argsort(-count, kind="stable").tolist():

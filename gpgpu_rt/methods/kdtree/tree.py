@@ -17,7 +17,7 @@ MOST_REFERENCES = 64    # growth stops above 4096 + 64 n references for n triang
 
 @dataclass(frozen=True)
 class KdTree:
-    """A kd-tree. Siblings are neighbours, and node 0 is the root.
+    """A kd-tree. Node 0 is the root, and a right child directly follows the left child.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class KdTree:
     left : (n,) int32, the left child of an inner node (the right child is left + 1), or a leaf's
         first reference
     count : (n,) int32, the number of references of a leaf; 0 for an inner node
-    references : (m,) int32, the triangles of one leaf after another, ascending in each leaf
+    references : (m,) int32, triangles, leaf by leaf; ascending within a leaf
     depth : int, the number of edges from the root to the deepest leaf
     """
 
@@ -76,8 +76,8 @@ class LooseKdTree:
     ----------
     axis, split : (n,) as in `KdTree`
     first, second : (n,) int64, left and right child, -1 for a leaf
-    start, count : (n,) int64, the index of a leaf's first reference in `references`, and the
-        number of its references; the count of an inner node is 0
+    start, count : (n,) int64, a leaf's first reference and its number of references; the count of
+        an inner node is 0
     references : (m,) int32, triangles
     """
 
@@ -90,7 +90,7 @@ class LooseKdTree:
     references: np.ndarray
 
     def finish(self, lo: np.ndarray, hi: np.ndarray) -> KdTree:
-        """Return the finished tree: siblings side by side, subtrees in depth-first order.
+        """Return the finished tree, with pairs of siblings in depth-first order.
 
         lo, hi : (3,) float32, the scene's box, world units
         """
@@ -108,9 +108,8 @@ class LooseKdTree:
     def coarsened(self, most: int) -> LooseKdTree:
         """Return a tree of at most `most` nodes and at most `most` references.
 
-        If the tree is larger, every subtree with at most k references becomes a leaf, which lists
-        each triangle only once. The whole tree has the same k, which is raised until both limits
-        are kept.
+        In a larger tree, every subtree with at most k references becomes a leaf, which lists each
+        triangle once. The limits set k.
         """
         tree, nodes = self, min(most, len(self.axis))
         while nodes and (len(tree.axis) > most or len(tree.references) > most):
@@ -137,11 +136,9 @@ def join(top: LooseKdTree, groups: list[np.ndarray], subtrees: list[LooseKdTree]
 
     Parameters
     ----------
-    top : the top levels, of n nodes. A child with the number n + k stands for the root of subtree
-        k
-    groups : for each element of `subtrees`, the numbers k of the subtrees that it holds
-    subtrees : groups of subtrees. The first nodes of an element are the roots of its subtrees, in
-        the order of their numbers in `groups`
+    top : the top levels, n nodes. A child n + k is the root of subtree k
+    groups : the numbers k of each group's subtrees
+    subtrees : each group's nodes: first the subtrees' roots, in the order of `groups`
     """
     nodes_above = len(top.axis)
     parts, numbers = [top], [np.arange(nodes_above)]

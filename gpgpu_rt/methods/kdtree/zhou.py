@@ -6,8 +6,8 @@ same tree: every value that decides a split is computed in float32, in the progr
 
 A reference is a triangle's entry in a node, with the box of the triangle's part in the node. A
 large node has more than `small` references. Its split cuts off empty space on one side of the node
-if the space exceeds the share `empty_cut` of the node's extent. Otherwise the split halves the
-longest axis, and clips the triangles that lie on both sides.
+if this space exceeds the share `empty_cut` of the node's extent. Otherwise the split halves the
+longest axis, and clips the triangles on both sides.
 
 A small root is a small node whose parent is large, or the root of a small tree. For small nodes,
 the six faces of each reference's box are the candidate planes. Masks of 64 bits, computed once for
@@ -17,9 +17,9 @@ is stored as a mask of the root's references.
 Departures from the paper: a split cuts off empty space on one side of a node, not on up to six
 sides. A triangle is clipped only by the split plane, not by the six faces of the node. If the
 middle of the longest axis separates no references, the split halves the axis whose middle
-separates most references. If no middle separates references, the node is split nevertheless. After
-`FUTILE` such splits in succession, the node becomes a leaf of any size. In small nodes, splits
-that cut off empty space get the bonus of `sah`.
+separates most. If no middle separates any, the split is futile; after `FUTILE` futile splits in
+succession, the node becomes a leaf of any size. In small nodes, splits that cut off empty space
+get the bonus of `sah`.
 """
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ from .zhou_small import SmallRoots, grow_small
 
 MASK_BITS = 64
 EMPTY_CUT = 0.25    # the value of Zhou et al. for ray tracing
-FUTILE = 3          # limit on successive levels whose splits separate no references: one per axis
-# By default, the depth limit of large nodes is `depth_cap` plus this number: halving needs more
-# levels than SAH.
+FUTILE = 3          # limit on futile splits in succession: one per axis
+# The default depth limit of large nodes is `depth_cap` plus this number, because halving needs
+# more levels than SAH.
 MORE_LEVELS = 8
-# By default, a small root has at most this many levels below it. More levels would add references
-# but not shorten traversal.
+# Default limit on the levels below a small root. More levels would add references but not shorten
+# traversal.
 SMALL_LEVELS = 8
 SLACK = 2           # clipped parts are widened by this many paddings, for float32 errors
 CHUNK = 1 << 18     # number of triangles that are clipped together
@@ -68,7 +68,7 @@ class ZhouRules:
     pad: np.float32
 
     def levels_below(self, depth: int) -> int:
-        """The largest number of levels below a small root at this depth."""
+        """Return the largest number of levels below a small root at this depth."""
         return min(self.small_levels, self.max_depth - depth)
 
     @property
@@ -101,7 +101,7 @@ def build(triangles: np.ndarray, **options: object) -> LooseKdTree:
     max_depth : Largest depth of a leaf. None limits the depth of a large node to 16 + 1.3 log2 n,
         and the levels below a small root to 8.
     small : Largest number of references of a small node, up to 64.
-    empty_cut : Empty space is cut off if its share of a large node's extent is larger than this.
+    empty_cut : Empty space is cut off if it exceeds this share of a large node's extent.
     """
     rules = rules_of(triangles, **options)
     nodes = Nodes()
@@ -194,7 +194,7 @@ def decide(level: KdLevel, futile: np.ndarray,
     inner : (k,) bool, whether to split each of the k nodes
     axis : (k,) int8
     plane : (k,) float32
-    futile : (k,) int64, the number of successive levels whose planes separated no references
+    futile : (k,) int64, the number of futile splits in succession
     """
     lo, hi, count = level.lo, level.hi, level.count
     starts, owner, row = run_starts(count), owners(count), np.arange(len(count))
@@ -224,7 +224,7 @@ def decide(level: KdLevel, futile: np.ndarray,
 
 def large_children(level: KdLevel, axis: np.ndarray, plane: np.ndarray, triangles: np.ndarray,
                    slack: np.float32) -> KdLevel:
-    """The children of all nodes of a level: all left children, then all right children."""
+    """Return the children of a level: all left children, then all right children."""
     owner, index = owners(level.count), np.arange(len(level.triangle))
     row = axis.astype(np.int64)[owner]
     cut = plane[owner]
@@ -254,9 +254,9 @@ def clip_half(triangles: np.ndarray, index: np.ndarray, axis: np.ndarray, plane:
     ----------
     index, axis, plane : (m,), the triangle, and the axis and coordinate of the plane that cuts it
     side : 0 keeps the part below the plane, 1 the part above the plane
-    slack : distance by which the plane is shifted away from the kept side, and by which the box of
-        the kept part is widened, world units. It exceeds twice the error of the new vertices. This
-        error is at most 12 u M: u is the unit roundoff, M is the scene's largest coordinate
+    slack : distance in world units by which the plane is shifted, to keep more, and by which the
+        kept part's box is widened. It exceeds twice the error of new vertices, which is at most
+        12 u M: u is the unit roundoff, M the scene's largest coordinate
     box : (6, m) float32, the lower and the upper corner of each old box
 
     Returns

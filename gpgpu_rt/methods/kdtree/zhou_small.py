@@ -64,8 +64,7 @@ def side_masks(level: KdLevel) -> np.ndarray:
 
 
 def grow_small(roots: SmallRoots, costs: Costs, nodes: Nodes) -> None:
-    """Split small nodes and the nodes below them, as long as a split lowers the cost and the depth
-    limit allows it."""
+    """Split small nodes and their descendants while it lowers the cost, within depth limits."""
     level, node, levels = roots.joined()
     masks, base = side_masks(level), run_starts(level.count)
     mask = ~np.uint64(0) >> (np.uint64(64) - level.count.astype(np.uint64))

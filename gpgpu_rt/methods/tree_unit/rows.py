@@ -1,7 +1,7 @@
 """tree-unit: one traversal for kd-trees and BVHs.
 
-The option ``criterion`` sets how a ray chooses the children of a node. The survey (section 5)
-proposes such a traversal for hardware. A ray returns to a node's far child as in kd-backtrack."""
+The survey (section 5) proposes such a traversal for hardware. A ray returns to a node's far child
+as in kd-backtrack."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -66,8 +66,8 @@ ROWS = (Method(
     choose_tables=lambda options: (TRIANGLE, *leaf_records(UNIT_NODE, options), UNIT_BOUNDS),
     prepare=_prepare,
     options=(Option(
-        "criterion", INTERVAL, "choice of a node's children: interval cuts the ray's interval at "
-        "the split plane of a kd-tree, box tests the children's boxes of a BVH",
+        "criterion", INTERVAL, "how a ray chooses a node's children: interval cuts its "
+        "interval at a kd-tree's split plane, box tests the boxes of a BVH",
         choices=(INTERVAL, BOX), label="choose children by"),),
     parts=(LEAF_LIST, Part("criterion", "criterion", "methods/tree_unit/interval.glsl",
                            {BOX: "methods/tree_unit/box.glsl"})),

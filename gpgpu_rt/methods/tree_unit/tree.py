@@ -16,7 +16,7 @@ OPEN = np.float32(3e38)     # the coordinate of a face that no ray reaches
 
 @dataclass(frozen=True)
 class UnitTree:
-    """A binary tree. Siblings are neighbours, and node 0 is the root.
+    """A binary tree. Node 0 is the root, and a right child directly follows the left child.
 
     Attributes
     ----------
@@ -35,15 +35,15 @@ class UnitTree:
     references: np.ndarray
 
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """The lower and upper corners of all nodes' boxes, (n, 3) float32 each, world units."""
+        """Return the lower and upper corners of all boxes, (n, 3) float32 each, world units."""
         return self.lo, self.hi
 
     def parents(self) -> np.ndarray:
-        """Each node's parent, (n,) int32; -1 for the root."""
+        """Return each node's parent, (n,) int32; -1 for the root."""
         return tree_order.pair_parents(self.child, self.axis != LEAF)
 
     def sides(self) -> np.ndarray:
-        """The field ``side`` of UNIT_BOUNDS, (n,) int64."""
+        """Return the field ``side`` of UNIT_BOUNDS, (n,) int64."""
         side = np.full(len(self.axis), ROOT)
         inner = np.flatnonzero(self.axis != LEAF)
         side[self.child[inner]] = self.axis[inner]
@@ -54,8 +54,8 @@ class UnitTree:
 def from_kdtree(tree: KdTree) -> UnitTree:
     """Return a kd-tree in the common format.
 
-    A face on the scene's box is moved to OPEN, so that rounding cannot end a ray's interval before
-    a triangle on this face. The scene's box still clips the ray.
+    Faces on the scene's box move out to OPEN: otherwise rounding could end a ray's interval before
+    a triangle on such a face. The scene's box still clips the ray.
     """
     lo, hi = tree.boxes()
     return UnitTree(tree.left, tree.count, tree.axis, tree.split,

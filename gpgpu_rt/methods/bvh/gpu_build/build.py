@@ -1,4 +1,4 @@
-"""Build a bounding volume hierarchy by fragment passes, as a `Bvh` like that of `build_bvh`."""
+"""Build a bounding volume hierarchy (`Bvh`) by fragment passes."""
 from __future__ import annotations
 
 import numpy as np
@@ -23,7 +23,7 @@ def build_bvh_by_passes(gpu: Gpu, triangles: np.ndarray, *, build: str = "sah",
     ----------
     triangles : (n, 3, 3) float32, world units
     build : a name in GPU_BUILDS
-    options : options of the CPU's builder in `methods.bvh`
+    options : options of the CPU builder with the same name
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Hybrid build by fragment passes (Lauterbach et al. 2009): LBVH for upper levels, SAH below them.
 
-A cluster holds triangles with equal Morton codes of a few bits per axis. LBVH builds the tree over
-clusters. SAH then splits all clusters.
+A cluster holds the triangles whose Morton codes, of a few bits per axis, are equal. LBVH builds
+the tree over clusters; then SAH splits the clusters.
 """
 from __future__ import annotations
 

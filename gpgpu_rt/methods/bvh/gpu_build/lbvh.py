@@ -2,8 +2,8 @@
 
 The tree equals the tree of `methods.bvh.lbvh`. Passes compute boxes and Morton codes, and sort the
 codes. A slot is a place in the sorted order. A pass finds the parent and the slots of each node.
-Six passes of pointer jumping give the nodes' positions in depth-first order. Finally, boxes of
-consecutive slots are joined into the boxes of nodes.
+Six passes of pointer jumping count the ancestors that have the node in their left subtree;
+thread.py turns these counts into depth-first positions and boxes.
 """
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .records import INTERVAL
 from .thread import thread
 
 DEPTH = 3 * AXIS_BITS + SLOT_BITS       # the tree has at most one level for each bit
-JUMPS = (DEPTH - 1).bit_length()        # a jump doubles the levels between a node and `parent`
+JUMPS = (DEPTH - 1).bit_length()        # each jump doubles the path from a node to `parent`
 
 
 def build(room: StreamRoom, triangles: np.ndarray, *, morton_bits: int = AXIS_BITS,
@@ -57,7 +57,7 @@ def scaled_boxes(room: StreamRoom, source: Stream, triangles: np.ndarray) -> Str
 
 
 def sorted_keys(room: StreamRoom, boxes: Stream, bits: int) -> Stream:
-    """Return sorted SORT_KEYs: Morton codes of `bits` bits for each axis, and their triangles."""
+    """Return sorted SORT_KEYs: triangles with Morton codes of `bits` bits per axis."""
     centres = room.stream(VALUES, boxes.length)
     room.draw("centroids", centres, [boxes])
     low, high = (reduce_stream(room, centres, which).called(name)
@@ -79,8 +79,8 @@ def radix_nodes(room: StreamRoom, keys: Stream, max_leaf: int = 1,
 
     Returns
     -------
-    gaps : for each gap between slots, the INTERVAL of its node; ``turns`` counts the ancestors, up
-        to the root, that have the node in their left subtree
+    gaps : for each gap between slots, the INTERVAL of its node; ``turns`` covers the path to the
+        root
     leaves : for each slot, the INTERVAL of the leaf that begins there, if any
     sums : for each slot, the number of leaves that begin before the slot (a scan of flags)
     """

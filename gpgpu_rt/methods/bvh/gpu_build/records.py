@@ -4,12 +4,12 @@ from __future__ import annotations
 from ....gl.record import Record
 
 BIN = Record("bin", "lo:vec3 count:int | minus_hi:vec3")
-"""The box of the triangles in a bin, and their number. MIN blending serves both corners, because
-the upper corner is negated."""
+"""The box of the triangles in a bin, and their number. The upper corner is negated, so that MIN
+blending joins both corners."""
 
 SLOT = Record("slot", "triangle:int node:int starts:int")
 """A place in the order of triangles. ``triangle`` is the triangle in this slot. ``node`` is the
-slot's unfinished node, or -1 in a leaf. ``starts`` is 1 if a leaf starts here."""
+slot's node in the level to split, or -1 in a leaf. ``starts`` is 1 if a leaf starts here."""
 
 SPLIT = Record("split", "axis:int at:int taken:int")
 """A node's split: ``taken`` triangles go to the left child; 0 makes the node a leaf.

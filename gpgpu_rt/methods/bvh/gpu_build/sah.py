@@ -1,10 +1,10 @@
 """SAH build by fragment passes, which process all nodes of a level together.
 
-Lauterbach et al. 2009. Nodes of more than SMALL triangles are binned: for each triangle and axis,
-the host draws a point, which is blended into a bin of the triangle's node. In smaller nodes, a
-fragment for each triangle tries the split after this triangle along each axis. A slot is a place
-in the order of triangles. A scan of flags partitions the slots of a node. For each level, the host
-reads back the number of binned nodes and the number of split nodes.
+Lauterbach et al. 2009. A slot is a place in the order of triangles. Nodes of more than SMALL
+triangles are binned: a point for each slot and axis is blended into a bin of the slot's node. In
+smaller nodes, each slot tries a split per axis, with its triangle as the last on the left side. A
+scan of flags partitions the slots of a node. The host reads back two numbers per level: the binned
+nodes and the split nodes.
 """
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from .lbvh import scaled_boxes, upload
 from .records import BIN, INTERVAL, SLOT, SPLIT
 from .thread import thread
 
-# Nodes of at most this many triangles are not binned. For such nodes, Lauterbach et al. use local
-# work queues.
+# Nodes of at most this many triangles are not binned; Lauterbach et al. use local work queues for
+# them.
 SMALL = 32
 FAR = 3e38
 
@@ -45,7 +45,7 @@ class Splitting:
     Parameters
     ----------
     boxes : the BOX of each triangle, from `scaled_boxes`
-    other parameters : as in `methods.bvh.sah.build`; `max_depth` counts from `run`'s ``level``
+    other parameters : as in `methods.bvh.sah.build`; the nodes given to `run` have depth 0
     """
 
     def __init__(self, room: StreamRoom, boxes: Stream, *, bins: int = 32, max_leaf: int = 4,

@@ -1,10 +1,9 @@
-"""Threading: makes a hierarchy with boxes and escape indices from nodes that span slots.
+"""Threading: gives the nodes of a tree boxes, escape indices and depth-first order.
 
-A slot is a place in the order of triangles. The nodes may come from any tree whose nodes span
-consecutive slots. A node's position in depth-first order is twice the number of leaves that begin
-before the node, plus the number of ancestors that have the node in their left subtree. Four runs
-of 4^k consecutive slots, for some k, cover a node's slots; the runs may overlap. So a node's box
-is the union of four runs' boxes, and the tree needs no pass per level.
+A slot is a place in the order of triangles; each node spans consecutive slots. A node's position
+in depth-first order is twice the number of leaves that begin before the node, plus the number of
+ancestors that have the node in their left subtree. A node's box is the union of the boxes of four
+runs of 4^k consecutive slots, which may overlap. So there is no pass per level.
 """
 from __future__ import annotations
 
@@ -26,12 +25,12 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
 
     Parameters
     ----------
-    triangles : stream of the record TRIANGLE, as uploaded
+    triangles : TRIANGLE, in the scene's order
     order : SOURCE, the triangle in each slot
     sums : VALUES, the number of leaves that begin before each slot; the last value is the total
-    max_leaf : The largest number of triangles in a leaf.
-    lists : Pairs: a stream of nodes (INTERVAL) in any order, and the largest number of slots that
-        one of its nodes spans. Entries with first = -1 are no nodes.
+    max_leaf : the largest number of triangles in a leaf
+    lists : pairs: a stream of nodes (INTERVAL) in any order, and the most slots that a node spans;
+        entries with first = -1 are skipped
 
     Raises
     ------
@@ -69,10 +68,9 @@ def thread(room: StreamRoom, triangles: Stream, order: Stream, sums: Stream,
 
 
 def pack(nodes: dict[str, np.ndarray], order: np.ndarray) -> Bvh:
-    """Return the hierarchy that ``nodes`` and ``order`` describe.
+    """Return the hierarchy of nodes (fields of BVH_NODE, in depth-first order) and triangles.
 
-    ``nodes`` has the fields of BVH_NODE, in depth-first order. ``order`` has the triangle in each
-    slot.
+    ``order`` has the triangle in each slot.
     """
     total = len(nodes["first"])
     escape = np.where(nodes["escape"] < 0, total, nodes["escape"])

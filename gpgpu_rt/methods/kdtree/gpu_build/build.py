@@ -1,4 +1,4 @@
-"""Build a kd-tree by fragment passes; the result has the same form as a tree built on the CPU."""
+"""Build a kd-tree by fragment passes."""
 from __future__ import annotations
 
 import numpy as np
@@ -25,7 +25,7 @@ def build_kdtree_by_passes(gpu: Gpu, triangles: np.ndarray, *, build: str = "zho
     ----------
     triangles : (n, 3, 3) float32, world units
     build : a name in GPU_KD_BUILDS
-    options : options of the CPU's builder in `methods.kdtree`
+    options : options of the CPU builder with the same name
 
     Raises
     ------

@@ -1,15 +1,13 @@
 """Hybrid kd-tree by fragment passes: Morton codes give the upper levels, SAH the levels below.
 
 The build follows `methods.kdtree.hybrid`, with the passes of Zhou's build. In the upper levels, a
-node stands for the Morton codes that begin with a prefix. The prefix selects the plane of the
-codes' lattice that halves the node. In the levels below, binned SAH splits all nodes of more than
-`FEW` pieces (see `sah`). A piece is a triangle's entry in a node, with the box of the triangle's
-part in the node. The passes with Zhou's masks (a bit per piece) split the smaller nodes: they try
-every face of every piece's box.
+node's prefix of Morton codes selects the lattice plane that halves the node. In the levels below,
+binned SAH splits the large nodes, which have more than `FEW` pieces. A piece is a triangle's entry
+in a node, with the box of the triangle's part in the node. Zhou's passes with masks (a bit per
+piece) split the smaller nodes: they try every face of every piece's box.
 
-The CPU clips triangles in all levels. Here, each split of a large node clips triangles by the
-split plane, but splits of the smaller nodes do not clip. The trees therefore cost a few percent
-more (docs/kd-trees.md), but give the same hits.
+Departure from the CPU: splits of small nodes do not clip triangles. The trees therefore cost a few
+percent more (docs/kd-trees.md), but give the same hits.
 """
 from __future__ import annotations
 
@@ -62,7 +60,7 @@ class Codes(Halving):
         self.groups = {"BINS": bins, "GROUPS": bins // 4 + 1}
 
     def small(self, depth: int) -> int:
-        """Return the threshold as in `Halving`; 0 at depths where codes split every node."""
+        """Return the threshold of `Halving`, or 0 at depths where codes split every node."""
         return 0 if depth < 3 * self.bits else self.rules.small
 
     def decide(self, room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream, chunks: int,

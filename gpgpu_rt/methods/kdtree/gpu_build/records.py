@@ -14,8 +14,8 @@ CELL = Record("cell", "lo:vec3 count:int | hi:vec3 futile:int | parent:int")
 the common prefix of the node's Morton codes."""
 
 CHUNK = Record("chunk", "lo:vec3 | hi:vec3 | left:vec3 | right:vec3")
-"""A chunk of a node's pieces: their bounds, and for each axis, how many pieces lie left and how
-many lie right of the node's middle."""
+"""A chunk of a node's pieces: their bounds, and for each axis, the numbers of pieces left and
+right of the node's middle."""
 
 DECISION = Record("decision", "plane axis:int futile:int")
 """The split of a node in a level of large nodes. Axis 3 means no split."""
@@ -30,16 +30,15 @@ OFFER = Record("offer", "plane axis:int cost")
 SMALL_NODE = Record("node", "lo:vec3 base:int | hi:vec3 levels:int | mask:vec4")
 """A small node (at most 64 pieces). A small node without a small parent is a small root.
 
-The record has the node's box, the first piece of its small root (`base`), and the largest number
-of levels below the node. `mask` marks the pieces of the root that the node holds, with 64 bits, 16
-in each channel."""
+`base` is the first piece of the node's small root. `levels` is the largest number of levels below
+the node. The 64 bits of `mask`, 16 per channel, mark the root's pieces that the node holds."""
 
 EXTENT = Record("extent", "lo hi")
 """The extent of a piece along an axis."""
 
 SIDES = Record("sides", "lower_left:vec4 | lower_right:vec4 | upper_left:vec4 | upper_right:vec4")
-"""Masks, as in SMALL_NODE, for a piece and an axis. They mark the pieces of the small root left
-and right of the piece's lower end, and left and right of its upper end."""
+"""Masks, as in SMALL_NODE, for a piece and an axis: the pieces of the small root on the left and
+on the right of the piece's lower end, and of its upper end."""
 
 CHOICE = Record("choice", "plane face:int source:int inner:int")
 """The cheapest plane of a small node. `face` is the face of a piece's box (0 to 5) in this plane,

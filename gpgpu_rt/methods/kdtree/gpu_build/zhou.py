@@ -1,9 +1,9 @@
 """Builds Zhou's kd-tree by fragment passes (Zhou et al. 2008).
 
 The tree equals the tree of `methods.kdtree.zhou`. The passes split large nodes level by level
-(`zhou_large`), then small nodes by masks (`zhou_small`), and then move every node to its position
-in depth-first order (`zhou_order`). For each level, the host reads back the numbers of nodes and
-of pieces (triangles' parts in nodes), which are the sizes of the next draws.
+(`zhou_large`), then small nodes by masks (`zhou_small`), and move all nodes into depth-first order
+(`zhou_order`). After each level, the host reads back the numbers of nodes and of pieces
+(triangles' parts in nodes): the sizes of the next draws.
 """
 from __future__ import annotations
 

@@ -122,14 +122,14 @@ def grow_large(room: StreamRoom, source: Stream, triangles: np.ndarray, rules: c
         found.levels.append(level)
         found.roots += counts[2]
         if not level.inner:
-            if counts[0]:       # keep the pieces of a small root: they are in `found`
+            if counts[0]:       # else `found` holds them: the root is small
                 room.drop(pieces)
             return found
         cells, starts, pieces, counts = _children(room, found, level, pieces, source, rules, way)
 
 
 def _starts(room: StreamRoom, cells: Stream, small: int) -> tuple[Stream, tuple[int, ...]]:
-    """Return the stream `LargeLevel.starts` of the nodes, and the four totals of the level."""
+    """Return `LargeLevel.starts` of the nodes, and the level's four totals."""
     quantities = room.stream(VALUES, cells.length)
     room.draw("zhou_quantities", quantities, [cells], defines={"CHUNK": CHUNK_PIECES},
               small=small)
@@ -145,7 +145,7 @@ def _totals(sums: Stream) -> tuple[int, ...]:
 
 def chunk_bounds(room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream,
                  count: int) -> Stream:
-    """Return one CHUNK for each chunk of the large nodes. There are ``count`` chunks."""
+    """Return the CHUNK of each of the ``count`` chunks of large nodes."""
     chunks = room.stream(CHUNK, max(count, 1))
     room.draw("zhou_chunks", chunks, [cells, starts, pieces], count=count,
               defines={"CHUNK": CHUNK_PIECES}, cells=cells.length)
@@ -155,7 +155,7 @@ def chunk_bounds(room: StreamRoom, cells: Stream, starts: Stream, pieces: Stream
 def _level(room: StreamRoom, found: LargeNodes, cells: Stream, starts: Stream, pieces: Stream,
            counts: tuple[int, ...], decisions: Stream, small: int) -> LargeLevel:
     """Return the level of these cells. Add the pieces of large leaves to `found.stuck`."""
-    small_pieces = found.small_pieces - counts[1]     # without the pieces of this level
+    small_pieces = found.small_pieces - counts[1]     # in the levels above
     flags = room.stream(VALUES, cells.length)
     room.draw("zhou_flags", flags, [cells, decisions], small=small)
     ranks = scan(room, flags).called("ranks")

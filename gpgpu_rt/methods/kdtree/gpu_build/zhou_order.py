@@ -21,9 +21,9 @@ from .zhou_small import SmallLevel
 
 def finish(room: StreamRoom, large: LargeNodes, small: list[SmallLevel], pieces: Stream,
            rules: ZhouRules, box: tuple[np.ndarray, np.ndarray]) -> KdTree:
-    """The finished tree, with siblings side by side and subtrees in depth-first order.
+    """Return the finished tree, with pairs of siblings in depth-first order.
 
-    pieces : parts of triangles (PIECE): first those of small nodes, then those of large leaves
+    pieces : PIECE, first the pieces of small nodes, then the pieces of large leaves
     """
     large_sizes, small_sizes = _sizes(room, large, small)
     large_places, small_places = _places(room, large, small, large_sizes, small_sizes)
@@ -48,7 +48,7 @@ def finish(room: StreamRoom, large: LargeNodes, small: list[SmallLevel], pieces:
 
 def _sizes(room: StreamRoom, large: LargeNodes,
            small: list[SmallLevel]) -> tuple[list[Stream], list[Stream]]:
-    """The number of nodes in each node's subtree, level by level."""
+    """Return the number of nodes in each node's subtree, level by level."""
     large_sizes: list[Stream] = []
     small_sizes: list[Stream] = []
     nothing = room.stream(VALUES, 1).called("below")
@@ -71,7 +71,7 @@ def _sizes(room: StreamRoom, large: LargeNodes,
 def _places(room: StreamRoom, large: LargeNodes, small: list[SmallLevel],
             large_sizes: list[Stream],
             small_sizes: list[Stream]) -> tuple[list[Stream], list[Stream]]:
-    """The PLACE of each node, level by level."""
+    """Return the PLACE of each node, level by level."""
     root = room.stream(PLACE, 1, at=np.array([0]), pair=np.array([1]))
     large_places = [root]
     for level, sizes in zip(large.levels, large_sizes[1:]):
@@ -90,7 +90,7 @@ def _places(room: StreamRoom, large: LargeNodes, small: list[SmallLevel],
 
 
 def _below(room: StreamRoom, ranks: Stream, above: Stream, sizes: Stream) -> Stream:
-    """The PLACE of each child of the nodes of a level."""
+    """Return the PLACE of each child of a level's nodes."""
     places = room.stream(PLACE, sizes.length)
     room.draw("zhou_places", places, [ranks, above.called("above"), sizes.called("sizes")],
               nodes=above.length)

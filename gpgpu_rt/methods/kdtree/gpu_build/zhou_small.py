@@ -34,8 +34,7 @@ class SmallLevel:
 
 def grow_small(room: StreamRoom, large: LargeNodes, pieces: Stream,
                rules: ZhouRules) -> list[SmallLevel]:
-    """Split small nodes and their descendants, as long as a split lowers the cost and the depth
-    limit allows it."""
+    """Split small nodes and their descendants while it lowers the cost, within depth limits."""
     if not large.roots:
         return []
     nodes = room.stream(SMALL_NODE, large.roots)
