@@ -1,7 +1,7 @@
 """Cell walk: traverses a uniform grid on the host, for arrays of rays.
 
-This numpy twin of ``glsl/methods/grid/grid.glsl`` does the same float32 operations in the same
-order, so a ray visits the same cells as on the GPU.
+It does the float32 operations of glsl/methods/grid/grid.glsl in the same order, so a ray visits
+the same cells as on the GPU.
 """
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class CellWalk:
     Parameters
     ----------
     rays : origin and direction, (n, 3) float32, t_min and t_max, (n,) float32, as in RAY_TEXELS
-    unit : roundoff unit of the arithmetic, to which the widening of the grid's box is proportional
+    unit : roundoff unit of the arithmetic; scales the margin by which the grid's box is widened
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class CellWalk:
         self.step = np.where(self.ahead, 1, -1)
 
     def _interval(self, unit: np.float32) -> tuple[np.ndarray, np.ndarray]:
-        """The t, (n,) each, at which the rays enter and leave the grid's widened box."""
+        """Return the t, (n,) each, at which the rays enter and leave the grid's widened box."""
         o, lo, hi = self.origin, self.grid.lo, self.grid.hi
         reach = np.maximum(np.abs(lo - o), np.abs(hi - o)).max(axis=1, keepdims=True)
         slack = BOX_SLACK * unit * reach + SPACING * unit * np.abs(o)
@@ -66,7 +66,7 @@ class CellWalk:
         grid, t = self.grid, self.t_enter[rays, None]
         at = (self.origin[rays] + t * self.direction[rays] - grid.lo) / grid.cell_size
         last = grid.resolution - 1
-        # Clip before the conversion: values far outside the grid do not fit an integer.
+        # Clip before the conversion: values far outside the grid do not fit into an integer.
         cell = np.clip(np.floor(at), 0, last).astype(np.int64)
         self.cell[rays] = cell
         self.key[rays] = cell @ self.strides

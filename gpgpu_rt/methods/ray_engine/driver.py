@@ -29,12 +29,10 @@ QUAD = np.dtype([("rectangle", "<f4", 4), ("row", "<i4")])
 class RayEngine(MethodDriver):
     """The driver of a method whose rays the host walks through cells.
 
-    See ``Driver`` and ``glsl/methods/ray_engine/ray_engine.glsl``. Each round selects the queues
-    that are long enough, or all queues if none is long enough. Passes intersect the rays in
-    batches. Then the host walks the rays to their next cells.
-
-    For each batch, the host uploads the rays (with the t of their hits so far) and the quads, and
-    reads back the hits. A quad is a rectangle over rays, drawn for one triangle.
+    Each round selects the long queues, or all queues if none is long. Passes intersect their rays
+    in batches. Then the host walks these rays to their next cells. For each batch, the host
+    uploads the rays and the quads, and reads back the hits. A quad is a rectangle over rays, drawn
+    for one triangle.
     """
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,

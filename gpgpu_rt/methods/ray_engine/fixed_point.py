@@ -13,8 +13,8 @@ class FixedPoint:
 
     Attributes
     ----------
-    half : half of the largest side of the scene's box after scaling. The rest of the range is for
-        origins outside of the box, and for t
+    half : half of the scene's largest side after scaling; the rest of the range is for origins
+        outside of the scene's box, and for t
     """
 
     step: float
@@ -23,8 +23,8 @@ class FixedPoint:
     half: float
 
 
-# The ranges are those of hardware/cards.json: the R200 has three bits before the binary point and
-# twelve behind it; the NV25's register combiners have a sign and eight bits.
+# From hardware/cards.json: the R200 has three bits before the binary point and twelve behind it;
+# the NV25's register combiners have a sign and eight bits.
 FIXED_POINT = {"r200": FixedPoint(2.0 ** -12, -8.0, 8 - 2.0 ** -12, 1.0),
                "nv25": FixedPoint(1 / 255, -1.0, 1.0, 0.125)}
 

@@ -56,7 +56,7 @@ class Octree:
             return False
         inner = self.child >= 0
         eight, leaf = self.child[inner].astype(np.int64), -1 - self.child[~inner].astype(np.int64)
-        # Each node except the root is a child of exactly one node, and each cell is one leaf.
+        # Each node except the root must have one parent, and each cell one leaf.
         return (len(nodes) == 1 + 8 * len(eight) and bool((eight > nodes[inner]).all())
                 and np.array_equal(np.sort(eight), 1 + 8 * np.arange(len(eight)))
                 and np.array_equal(np.sort(leaf), np.arange(cells))
@@ -79,9 +79,9 @@ def build_octree(triangles: np.ndarray, *, leaf_size: int = 8, density: float = 
     ----------
     triangles : (n, 3, 3) float32, world units
     leaf_size : cells that hold more triangles are split
-    density : limits the depth. At the depth limit, a full tree has 8 to 64 times `density` cells
-        per triangle. MOST_LEVELS and FINEST_CELL may lower the limit. The build ends earlier if
-        another level could raise the references to more than about 64 per triangle
+    density : limits the depth: a full tree of this depth has 8 to 64 times `density` cells per
+        triangle. MOST_LEVELS and FINEST_CELL may lower the limit. The build also ends if another
+        level could lead to more than about 64 references per triangle
 
     Raises
     ------
@@ -131,15 +131,14 @@ def build_octree(triangles: np.ndarray, *, leaf_size: int = 8, density: float = 
 
 
 def _levels(triangles: int, finest: float, density: float) -> int:
-    """Return the number of levels below the root. In the last level, an axis has at most `finest`
-    cells."""
+    """Return the number of levels below the root. An axis never gets more than `finest` cells."""
     wanted = np.ceil(np.log2(max(8 * density * triangles, 1)) / 3)
     return int(np.clip(min(wanted, np.floor(np.log2(max(finest, 1)))), 0, MOST_LEVELS))
 
 
 def _handed_down(shapes: Shapes, triangle: np.ndarray, parent: np.ndarray, corner: np.ndarray,
                  offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Given pairs of triangle and parent, return the pairs of triangle and child that overlap.
+    """Return the overlapping pairs of triangle and child, given pairs of triangle and parent.
 
     Parameters
     ----------

@@ -13,10 +13,10 @@ from .octree import Octree
 class OctreeWalk(CellWalk):
     """The positions of n rays in an octree, with the attributes of ``CellWalk``.
 
-    The cells of the deepest possible level are called finest cells. A ray leaves a cell through a
-    face, and enters the finest cell behind the exit point. This finest cell must touch the face:
-    its position along the face is clamped to the old cell, so that rounding never skips a cell. A
-    descent from the root then finds the octree's cell that contains the finest cell.
+    Finest cells are the cells of the deepest level. A ray leaves a cell through a face, and enters
+    the finest cell behind the exit point. Along the face, this finest cell is clamped to the old
+    cell, so that rounding never skips a cell. A descent from the root then finds the octree's cell
+    that contains the finest cell.
     """
 
     grid: Octree
@@ -54,7 +54,7 @@ class OctreeWalk(CellWalk):
         return np.concatenate(found)
 
     def _finest(self, rays: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """The finest cells that contain the rays' points at t, (k, 3) float32."""
+        """Return the finest cells that contain the rays' points at t, (k, 3) float32."""
         at = self.origin[rays] + t[:, None] * self.direction[rays]
         return np.floor((at - self.grid.lo) / self.grid.cell_size)
 
@@ -78,5 +78,5 @@ class OctreeWalk(CellWalk):
 
 
 def cell_walk(cells: Grid | Octree, rays: Mapping[str, np.ndarray], unit: float) -> CellWalk:
-    """The walk of rays through a grid or an octree; see ``CellWalk``."""
+    """Return the walk of rays through a grid or an octree; see ``CellWalk``."""
     return (OctreeWalk if isinstance(cells, Octree) else CellWalk)(cells, rays, unit)

@@ -26,7 +26,7 @@ NO_T = 3.4e38      # larger than every t
 
 @dataclass(frozen=True)
 class Runs:
-    """Runs: consecutive rays of a batch that wait for the triangles of the same cell.
+    """Runs of consecutive rays of a batch that wait for the triangles of the same cell.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class BatchTargets:
 
     @property
     def passes(self) -> tuple[str, ...]:
-        """The passes that draw quads, in order; quads.frag says what each pass keeps of a ray."""
+        """The passes that draw quads, in order; quads.frag says which data each pass keeps."""
         return ("KEEP_DEPTH",) if self.by_depth else ("KEEP_NEAREST", "KEEP_FIRST")
 
     def upload(self, rays: Mapping[str, np.ndarray]) -> int:

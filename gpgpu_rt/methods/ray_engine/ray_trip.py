@@ -1,4 +1,4 @@
-"""A ray trip: the state of a call's rays while the host walks the rays through cells."""
+"""A ray trip: the state of a call's rays while the host walks them through cells."""
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -61,8 +61,7 @@ class RayTrip:
     def ready(self, waiting: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Sort waiting rays by cell, and choose the rays that are intersected now.
 
-        The queue of a cell holds the rays that wait for the cell's triangles. The rays of long
-        queues (option ``queue``) are chosen; if no queue is long, all rays are chosen.
+        Choose the rays in long queues (option ``queue``), or all rays if no queue is long.
 
         Returns
         -------
@@ -81,7 +80,7 @@ class RayTrip:
         return waiting[taken & ~here], waiting[~taken], waiting[here]
 
     def fields(self, chosen: np.ndarray) -> dict[str, np.ndarray]:
-        """The fields of the rays ``chosen``. t_max is the t of the nearest hit so far."""
+        """Return the fields of the rays ``chosen``. t_max is the t of the nearest hit so far."""
         return {**{name: values[chosen] for name, values in self.rays.items()},
                 "t_max": self.hit["t"][chosen]}
 
@@ -118,9 +117,9 @@ class RayTrip:
         split["host_rays"] += len(rays)
 
     def onward(self, rays: np.ndarray) -> np.ndarray:
-        """Move rays from a tested cell to their next cell that lists triangles.
+        """Move rays from tested cells to the next cells that list triangles.
 
-        Return the rays that reach such a cell within the step cap.
+        Return the rays that reach such cells within the step cap.
         """
         self.leaves[rays] += 1
         self.tested[rays] += self.walk.listed[self.walk.key[rays]]

@@ -13,10 +13,10 @@ from .records import CONE
 
 
 def level_sizes(size: tuple[int, int]) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
-    """Return the (width, height) of every level, and the fan from each level to the next.
+    """Return the (width, height) of every level, from the rays up, and the fans between levels.
 
-    The nodes of the first level are the rays. A fan is the number of nodes, along x and along y,
-    below one node of the next level: (2, 2), but (4, 1) or (1, 4) for a single row or column.
+    A fan is the number of children, along x and y, of a node in the upper level. It is (2, 2), but
+    (4, 1) or (1, 4) for a single row or column.
     """
     sizes, fans = [size], []
     while len(sizes) == 1 or sizes[-1] != (1, 1):
@@ -33,8 +33,8 @@ class RayCones:
 
     Attributes
     ----------
-    levels : the CONE records of each level's nodes; the nodes of the first level are the rays
-    fans : the fan from each level to the next; see `level_sizes`
+    levels : the CONE records of each level's nodes, from the rays up
+    fans : the fans between levels; see `level_sizes`
     """
 
     def __init__(self, gpu: Gpu, size: tuple[int, int], state: Record,
@@ -64,9 +64,9 @@ class RayCones:
             self._level.draw(level, below.samplers())
 
     def top(self, nodes: int) -> int:
-        """Return the level whose nodes form the first (triangle, node) pairs.
+        """Return the lowest level above the rays that has at most ``nodes`` nodes.
 
-        This is the lowest level above the rays that has at most ``nodes`` nodes.
+        Its nodes form the first (triangle, node) pairs.
         """
         return next(k for k, level in enumerate(self.levels)
                     if k and (level.length <= nodes or k == len(self.levels) - 1))

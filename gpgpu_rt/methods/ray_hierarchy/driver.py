@@ -26,15 +26,14 @@ GROWTH = 4      # ratio of the sizes of successive batches of triangles
 
 
 class RayHierarchy(MethodDriver):
-    """Runs `ray-hierarchy`; see ``Driver``.
+    """Runs `ray-hierarchy`.
 
     Before each batch of triangles, the hierarchy is rebuilt over the rays, which end at their
-    nearest hits so far. The first batches are small, because their hits shorten the rays for the
-    later batches. A batch begins with all pairs of a triangle of the batch and a node of the top
-    level. A pass reads up to ``stream_size`` pairs, and tests each pair's triangle against the
-    four children of the pair's node. A child that passes the test forms a new pair. The new pairs
-    descend to the rays before the next ``stream_size`` pairs are tested. So no stream is longer
-    than four times ``stream_size``.
+    nearest hits so far. The first batches are small: their hits shorten the rays of later batches.
+    A batch begins with all pairs of its triangles and the nodes of the top level. A pass tests the
+    triangles of up to ``stream_size`` pairs against the four children of the pairs' nodes. A child
+    that a triangle may hit forms a new pair. The new pairs descend to the rays before the next
+    pairs are tested, so no stream is longer than four times ``stream_size``.
     """
 
     def __init__(self, setup: Setup) -> None:
@@ -50,7 +49,7 @@ class RayHierarchy(MethodDriver):
 
     @property
     def unit(self) -> float:
-        """The factor by which passes scale world lengths. The scene's size is then about 1."""
+        """The factor by which passes scale lengths; see `rows.unit_of`."""
         return self.accelerator.uniforms["unit"]
 
     @property
@@ -111,7 +110,7 @@ class RayHierarchy(MethodDriver):
         return kept
 
     def _count(self, level: int, first: int, count: int) -> None:
-        """Add a visit to each pair's node. `hand_down_visits` later adds visits to children."""
+        """Add a visit to each pair's node. `hand_down_visits` later passes it on to children."""
         visits = self._visits[level - 1]
         self.blend(moderngl.FUNC_ADD)
         self.room.scatter("pair_visits", visits, [self._pairs[level]], count, base=first,
@@ -119,7 +118,7 @@ class RayHierarchy(MethodDriver):
         self.gpu.context.enable_only(moderngl.NOTHING)
 
     def hand_down_visits(self) -> None:
-        """Add the visits of each node to its children, down to the first level above the rays."""
+        """Add each node's visits to its children, down to the first level above the rays."""
         assert self.cones is not None
         self.blend(moderngl.FUNC_ADD)
         for level in range(len(self._visits) - 1, 0, -1):
@@ -191,8 +190,8 @@ class RayHierarchy(MethodDriver):
     def compiled(self, name: str, records: list[tuple[Record, bool]],
                  more: Mapping[str, str] | None = None, any_hit: bool = False,
                  **defines: object) -> FullScreenPass:
-        """Return the program ``glsl/<name>.frag``. A flag in ``records`` is True for a record that
-        the program writes, and False for a record that it reads."""
+        """Return the program ``glsl/<name>.frag``. ``records`` holds pairs: a record, and whether
+        the program writes (not reads) the record."""
         def make() -> FullScreenPass:
             texts, target = list((more or {}).values()), 0
             for record, writes in records:
@@ -269,10 +268,7 @@ class _Trace:
         self._update_rays("finish")
 
     def _descend(self, level: int, pairs: int) -> None:
-        """Test the pairs of a level, and then the remaining pairs on all levels down to the rays.
-
-        A part of the pairs descends to the rays before the next part is tested.
-        """
+        """Test the pairs of a level in parts; each part descends to the rays before the next."""
         chunk = self.owner.options["stream_size"] * (1 if level else 4)
         for first in range(0, pairs, chunk):
             count = min(chunk, pairs - first)

@@ -13,7 +13,7 @@ from ...traversal.records import STATE
 from ...traversal.triangle_table import TRIANGLE, box_uniforms, triangle_table
 from .driver import RayHierarchy
 
-MOST_BITS = 100     # largest magnitude of the scale's exponent, so that scaled values fit a float
+MOST_BITS = 100     # limit on the scale's exponent, so that scaled values fit a float
 
 
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
@@ -23,7 +23,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 
 
 def unit_of(triangles: np.ndarray) -> float:
-    """Return the power of two that multiplies all lengths, to make the scene's size about 1."""
+    """Return the power of two that scales the scene's size to about 1."""
     extent = np.float64(0)
     if len(triangles):
         corners = triangles.reshape(-1, 3)

@@ -23,7 +23,7 @@ PAIRS = 1 << 22      # limit on the pairs of beam and triangle that are tested t
 class Beams:
     """m beams in the frame of an axis (frames.py), as (m,) float64 bounds with padding.
 
-    z is the coordinate along this axis, and x stands for each of the two other coordinates.
+    z is the coordinate along this axis; x is either of the two other coordinates.
 
     Attributes
     ----------
@@ -113,8 +113,8 @@ class Candidates:
 
         Returns
         -------
-        the triangles, beam by beam, in ascending order of ``near``; and their number for each
-        beam, (m,) int64
+        the triangles, beam by beam, in ascending order of ``near``; each beam's number of
+        triangles, (m,) int64
         """
         m, n = len(beams.behind), len(self.order)
         if not n:
@@ -126,7 +126,7 @@ class Candidates:
         return self.order[keys % n], np.bincount(keys // n, minlength=m)
 
     def _descend(self, beams: Beams) -> tuple[np.ndarray, np.ndarray]:
-        """Return (beam, triangle) pairs. The beam may overlap the box of the triangle's leaf."""
+        """Return (beam, triangle) pairs whose beam may overlap the box of the triangle's leaf."""
         tree, found = self.tree, []
         beam = np.arange(len(beams.behind))
         node = np.zeros(len(beam), np.int64)

@@ -1,6 +1,6 @@
 """Ray classification: a pass finds the five-dimensional box of each ray (ray_boxes.py).
 
-The host makes lists of triangles for boxes without a list. Programs trace rays through the lists.
+The host makes the missing lists of these boxes. Then passes trace the rays through the lists.
 """
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class RayClasses(Traversal):
             any_hit: bool = False) -> tuple[Target, int]:
         boxes: RayBoxes = self.accelerator.structure
         cells = self._box_of_each(rays, statistics)
-        # ask() is False if the lists exist already, but even then textures may be missing.
+        # If all lists exist, ask() is False, but the textures may be missing.
         if boxes.ask(cells) or not self._own[RAY_BOX]:
             self._upload(boxes)
         for record, samplers in self._own.items():

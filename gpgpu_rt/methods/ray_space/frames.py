@@ -16,19 +16,19 @@ from ...gl.precision import FORMATS
 from ...rays.far_origins import FAR, sphere
 
 ORDERS = ((1, 2, 0), (2, 0, 1), (0, 1, 2))   # the order of coordinates in the frame of each axis
-SLACK = 64.0     # error bound in roundoff units, relative to distances, as in glsl/core/slack.glsl
+SLACK = 64.0     # error bound relative to distances, in roundoff units (glsl/core/slack.glsl)
 
 
 @dataclass(frozen=True)
 class RaySpace:
-    """The range of valid rays, and their error bounds. A method's tables cover only valid rays.
+    """The valid rays, which a method's tables cover, and their error bounds.
 
     Attributes
     ----------
     lo, hi : (3,) float32, the scene's padded box, world units
     pad : float, world units. Rounding displaces a valid ray by less than ``pad``
     direction_pad : float, the error bound of a valid ray's u and v
-    far : float, world units. A ray is valid if its origin lies within this distance of the scene's
+    far : float, world units. The origins of valid rays lie within this distance of the scene's
         centre along each axis
     """
 

@@ -5,10 +5,10 @@ is a five-dimensional point: its origin, and its direction's (u, v) on a face of
 (frames.py). From level to level, a box is halved along its axes, down to the finest cells. The
 candidates of a box are the triangles that its rays may hit.
 
-The paper halves a box until the box has few candidates. Here, a box may have a list if the box
-holds at least ``min_rays`` rays of a trace. A finest cell uses the list of the smallest box that
-has a list and holds the cell. If the lists together exceed the budget, ``min_rays`` is raised for
-the trace. The paper finds candidates in the list of the next larger box; here, a BVH finds them.
+The paper halves a box until the box has few candidates. Here, a box may have a list if it holds at
+least ``min_rays`` rays of a trace. A finest cell uses the list of the smallest box around it that
+has a list. If the lists exceed the budget, ``min_rays`` is raised for the trace. The paper finds
+candidates in the list of the next larger box; here, a BVH finds them.
 
 A directory holds the start of each finest cell's list. The largest box of each face of the
 direction cube always has a list, which holds all triangles in order along the face's axis.
@@ -29,7 +29,7 @@ from .frames import ORDERS, RaySpace
 SENTINEL = -1           # the entry that ends a list
 MIB = 1 << 20
 CANDIDATE_BYTES, CELL_BYTES = 8, 4     # bytes in float32 textures
-SAMPLES = 48            # the memory of a level is estimated from at most this many of its lists
+SAMPLES = 48            # a level's memory is estimated from at most this many lists
 FILLED = 0.8            # share of the budget that an estimate may reach
 RAISED = 4              # factor by which ``min_rays`` is raised if an estimate exceeds FILLED
 FACES = 6               # cube faces: 2 * axis for positive directions, 2 * axis + 1 for negative
@@ -99,7 +99,7 @@ class RayBoxes:
 
     @property
     def near(self) -> np.ndarray:
-        """The ``near`` of each candidate, (k,) float32; see ``Candidates``."""
+        """The ``near`` of each element of ``triangle``, (k,) float32; see ``Candidates``."""
         return self._near[:self.used]
 
     def forget(self) -> None:
@@ -136,14 +136,14 @@ class RayBoxes:
     def ask(self, cells: np.ndarray) -> bool:
         """Make the lists that rays need. Return whether the directory changed.
 
-        ``cells`` holds the number of each ray's finest cell. A ray that misses the scene or uses
-        the list of a face has another number, which is ignored.
+        ``cells`` holds the number of each ray's finest cell. Numbers of no cell are ignored: such
+        rays miss the scene, or use a face's list.
         """
         began = time.perf_counter()
         chosen, rays = np.unique(cells[(cells >= 0) & (cells < self.cells)], return_counts=True)
         chosen = chosen.astype(np.int64)
         if np.array_equal(chosen, self._asked[0]) and np.array_equal(rays, self._asked[1]):
-            return False                # all needed lists were requested before
+            return False                # the last call asked for the same lists
         before = self.directory[chosen]
         old = self.used
         wanted, expected = self._affordable(chosen, rays)
@@ -162,10 +162,10 @@ class RayBoxes:
         return bool((self.directory[chosen] != before).any())
 
     def _affordable(self, cells: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, float]:
-        """Return the level of each cell's box, and the estimated number of all lists' candidates.
+        """Return the level of each cell's box, and an estimate of all lists' candidates.
 
-        The level is the finest at which the box around the cell holds ``min_rays`` rays. The
-        minimum is raised while the estimate exceeds the budget.
+        The level is the finest at which the cell's box holds ``min_rays`` rays. ``min_rays`` is
+        raised while the estimate exceeds the budget.
         """
         room = FILLED * (self.most - FACES * (len(self.faces[0].order) + 1))
         least = self.min_rays
@@ -192,7 +192,7 @@ class RayBoxes:
         return wanted
 
     def _estimate(self, cells: np.ndarray, wanted: np.ndarray) -> float:
-        """Estimate the number of candidates of all lists from some evenly spaced lists."""
+        """Estimate the number of candidates in all lists from a sample of lists."""
         total = 0.0
         for level in range(1, self.levels):
             boxes = np.unique(self._box(cells[wanted == level], level))

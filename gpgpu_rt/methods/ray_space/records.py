@@ -26,9 +26,9 @@ The triangle's extent along the beam's axis is from ``near`` to ``far``. ``reach
 RAY_CLASS = Record("ray_class", "box:int")
 """The five-dimensional box of a ray, or -1 if the ray misses the scene.
 
-For a ray that begins too far from the scene, ``box`` is a number past the last box. The number
-stands for a face of the direction cube."""
+For a ray that begins too far from the scene, ``box`` is the number of boxes plus the number of a
+face of the direction cube."""
 
 BEAM_STATE = Record("state", "first:int end:int low:int high:int | phase:int steps:int")
-"""A ray's state. The ray's beam has the entries from `first` to `end`. The binary search examines
-the range from `low` to `high`. After the search, `low` is the current entry."""
+"""A ray's state. Its beam has the entries from `first` to `end`. The binary search examines the
+range from `low` to `high`; after the search, `low` is the current entry."""

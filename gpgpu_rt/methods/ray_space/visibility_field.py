@@ -32,8 +32,8 @@ MIB = 1 << 20
 ENTRY_BYTES, BEAM_BYTES = 16, 8      # bytes in float32 textures
 SAMPLES = 2000          # triangles from which the size of a field is estimated
 FINEST = (8, 24)        # default limits on `directions` and `tiles`
-# The least ratio of tiles to directions, both counted along a side. In fields of equal memory,
-# rays test more triangles if the ratio is smaller.
+# The least ratio of tiles to directions, both counted along a side. With smaller ratios, rays test
+# more triangles in fields of equal memory.
 TILES = 2
 # By default, the resolution for n triangles is lowered until an estimate of the number of entries
 # is at most USUAL_ENTRIES * n + 4096.
@@ -86,9 +86,9 @@ def build_visibility_field(triangles: np.ndarray, *, directions: int | None = No
     Parameters
     ----------
     triangles : (n, 3, 3) float32, world units
-    directions, tiles : the largest number of cells along a side of a face, and of tiles along a
-        side of a plane; None means 8 and 24. If both are None, the field is coarsened until an
-        estimate of its entries is at most 1024 n + 4096
+    directions, tiles : the largest numbers of cells along a side of a face, and of tiles along a
+        side of a plane; None means 8 and 24. If both are None, the field is coarsened to about
+        1024 n + 4096 entries at most
     budget : memory limit of entries and beams, MiB, above which the field is coarsened
     arithmetic : the number format to which kernels round
 
@@ -134,13 +134,13 @@ class _Frame:
 
     def tiles(self, cell: tuple[int, int], directions: int, tiles: int, step: int = 1
               ) -> tuple[np.ndarray, np.ndarray]:
-        """Return, for each triangle, the tiles through which lines of a cell may hit the triangle.
+        """Return the tiles through which lines of a cell may hit each triangle.
 
         Parameters
         ----------
         cell : the u and v of the cell of directions
         directions, tiles : as in `VisibilityField`
-        step : a step of k uses only every k-th triangle
+        step : use only every step-th triangle
 
         Returns
         -------
@@ -170,9 +170,8 @@ def _resolution(frames: list[_Frame], directions: int, tiles: int, usual: float
                 ) -> tuple[int, int]:
     """Choose the numbers of directions and tiles of a field with at most ``usual`` entries.
 
-    First, reduce ``directions`` until a field with ``TILES`` times as many tiles as directions has
-    at most ``usual`` entries. Then find the largest number of tiles, up to ``tiles``, with at most
-    ``usual`` entries.
+    First, reduce ``directions`` until TILES times as many tiles keep this limit. Then find the
+    largest number of tiles, up to ``tiles``, that keeps it.
     """
     while directions > 1 and _estimate(frames, directions, min(TILES * directions, tiles)) > usual:
         directions -= 1
@@ -246,8 +245,7 @@ def _sorted(frame: _Frame, keys: np.ndarray, n: int) -> list[np.ndarray]:
     """Return the triangle, near, far and reach of the entries with these sorted keys."""
     n = max(n, 1)
     triangle = frame.by_near[keys % n] if len(keys) else keys
-    # Compute the running maximum of the far rank. The maximum restarts at each tile, because the
-    # tile's number is in the high digits of the values.
+    # The running maximum of the far rank restarts at each tile: tile numbers are the high digits.
     above = np.maximum.accumulate((keys // n) * n + frame.far_rank[triangle]) % n
     far = frame.far[triangle]
     reach = frame.far[frame.by_far[above]] if len(keys) else far

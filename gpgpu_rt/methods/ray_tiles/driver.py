@@ -1,4 +1,4 @@
-"""Driver of `ray-tiles`: draws each triangle over the tiles whose cones it may meet (Szécsi 2006).
+"""Driver of `ray-tiles`: draws triangles over the tiles whose cones they may hit (Szécsi 2006).
 
 The passes, in this order:
 
@@ -8,7 +8,7 @@ The passes, in this order:
 3. ``tile_ends`` computes the distance to which each tile's rays search.
 4. For each batch of triangles, ``tile_pairs`` draws all pairs of a triangle and a tile. The vertex
    stage drops a pair if the tile's cone cannot meet the triangle. MIN blending keeps each ray's
-   nearest t. Before the next batch, ``tile_ends`` updates the distances (step 3).
+   nearest t. Before the next batch, step 3 is repeated.
 5. ``tile_pairs`` draws all pairs once more, and keeps the lowest index of the triangles at each
    ray's nearest t. With ``any_hit``, step 4 keeps an index instead of t, and step 5 is omitted.
 6. ``tile_hits`` writes the hit of each ray.
@@ -97,8 +97,8 @@ class RayTiles(MethodDriver):
                     counting: bool, statistics: Statistics, any_hit: bool) -> None:
         room = self._targets
         textures = self._textures(rays)
-        # The pass must not sample the texture that it writes. The program does not read NEAREST
-        # in this pass, so bind another texture in its place.
+        # A pass must not sample its own target. This pass does not read NEAREST, so bind another
+        # texture in its place.
         if target == "nearest":
             textures |= room.targets["found"].samplers(NEAREST.name)
         program = self._pair_program(rays.record, any_hit, counting)

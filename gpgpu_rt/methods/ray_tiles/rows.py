@@ -19,8 +19,8 @@ FIRST_BATCH = 64    # triangles of the first batch; each next batch is twice as 
 def batches(triangles: int) -> tuple[tuple[int, int], ...]:
     """Return the first triangle and the number of triangles of each batch.
 
-    Between two batches, a pass shortens the search of each tile's rays. The first batches are
-    small to shorten searches early. A million triangles need only 14 batches.
+    Between two batches, a pass shortens the search of each tile's rays. Small first batches
+    shorten searches early.
     """
     found, first, count = [], 0, FIRST_BATCH
     while first < triangles:
