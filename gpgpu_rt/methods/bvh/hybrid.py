@@ -2,8 +2,8 @@
 
 C. Lauterbach, M. Garland, S. Sengupta, D. Luebke, D. Manocha, "Fast BVH Construction on GPUs",
 Eurographics 2009. Triangles whose codes share the first few bits form a cluster. LBVH builds the
-tree over the clusters, and SAH splits each cluster. The paper's reason: under SAH alone, the first
-levels have too few nodes to occupy a GPU.
+tree over the clusters, and SAH splits each cluster. Under SAH alone, the first levels have too few
+nodes to occupy a GPU.
 """
 from __future__ import annotations
 

@@ -163,7 +163,6 @@ def _gathered(values: np.ndarray, index: np.ndarray) -> Column:
 
 
 def _by_axis(prefix: str, corner: Column) -> Fields:
-    """Split a corner into a field for each axis."""
     def component(axis: int) -> Callable[[slice], np.ndarray]:
         return lambda rows: corner[rows][:, axis]
     return {f"{prefix}_{letter}": Column(len(corner), component(axis))

@@ -44,7 +44,6 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
 
 def _refit(accelerator: Accelerator, triangles: np.ndarray,
            options: Mapping[str, Any]) -> Accelerator:
-    """Write new positions into the image; the finisher recomputes the boxes."""
     return _with_positions(accelerator, triangles, options["level"])
 
 

@@ -97,7 +97,6 @@ def _row(name: str, summary: str, citation: str, proximity: bool, **more: Any) -
 
 
 def _form(single: Method, options: Mapping[str, Any]) -> Method:
-    """Return the row of grid for single rays (packet 1x1) or for packets."""
     if options["packet"] == (1, 1):
         return single
     return replace(

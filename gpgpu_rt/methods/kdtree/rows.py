@@ -210,7 +210,6 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
          state: Record = KD_STATE, tables: tuple[Record, ...] = (),
          options: tuple[Option, ...] = (),
          prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
-    """Return the row of a single-ray method. Arguments add kernels, tables and options."""
     return Method(
         name=name, summary=summary, citation=citation,
         glsl=f"methods/kdtree/{name.replace('-', '_')}.glsl",
@@ -232,7 +231,7 @@ def _short_stack(row: Method, options: Mapping[str, Any]) -> Method:
 def _entering_row(name: str, summary: str, citation: str, state: Record = KD_STATE,
                   options: tuple[Option, ...] = (),
                   prepare: Callable[..., Accelerator] = _prepare, **more: Any) -> Method:
-    """Return the row of a method whose rays may begin at the nodes of an entry list."""
+    """Return the row of a method with the option ``entry_points``."""
     return _row(name, summary, citation, state=state, options=(*options, ENTRY_POINTS),
                 prepare=_with_boxes(prepare), entry_walk="methods/kdtree/entry_kd.glsl",
                 choose_tables=lambda options: (*_tree_tables(options), *(

@@ -29,7 +29,7 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     grid = _cells(triangles, options)
     uniforms = {"scene_lo": tuple(grid.lo), "scene_hi": tuple(grid.hi),
                 **fixed_uniforms(options["fixed_point"], triangles)}
-    # A ray crosses each plane between cells at most once, and tests each list at most once.
+    # A ray crosses each plane between cells, and tests each list, at most once.
     bound = (int(grid.resolution.sum()) + len(grid.references)
              + int((np.diff(grid.cell_start) > 0).sum()) + 3)
     return Accelerator(triangle_table(triangles), uniforms, bound, grid, automatic={

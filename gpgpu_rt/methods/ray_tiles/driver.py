@@ -141,7 +141,6 @@ class RayTiles(MethodDriver):
         return self.program((name, rays, any_hit), make)
 
     def _pair_program(self, rays: Record, any_hit: bool, counting: bool) -> PrimitivePass:
-        """Return the program that draws pairs as points or as instances of a quad."""
         def make() -> PrimitivePass:
             texts = [r.stream_glsl(False) for r in (rays, NEAREST, HIT)]
             cones = [r.stream_glsl(False) for r in (TILE_CONE, TILE_END)]

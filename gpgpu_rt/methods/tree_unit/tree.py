@@ -54,8 +54,8 @@ class UnitTree:
 def from_kdtree(tree: KdTree) -> UnitTree:
     """Return a kd-tree in the common format.
 
-    Faces on the scene's box move out to OPEN: otherwise rounding could end a ray's interval before
-    a triangle on such a face. The scene's box still clips the ray.
+    Faces on the scene's box move out to OPEN: rounding could end a ray's interval before a
+    triangle on such a face. The scene's box still clips the ray.
     """
     lo, hi = tree.boxes()
     return UnitTree(tree.left, tree.count, tree.axis, tree.split,

@@ -9,7 +9,7 @@ blending joins both corners."""
 
 SLOT = Record("slot", "triangle:int node:int starts:int")
 """A place in the order of triangles. ``triangle`` is the triangle in this slot. ``node`` is the
-slot's node in the level to split, or -1 in a leaf. ``starts`` is 1 if a leaf starts here."""
+slot's node in the present level, or -1 in a leaf. ``starts`` is 1 if a leaf starts here."""
 
 SPLIT = Record("split", "axis:int at:int taken:int")
 """A node's split: ``taken`` triangles go to the left child; 0 makes the node a leaf.

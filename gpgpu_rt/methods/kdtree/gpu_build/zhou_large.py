@@ -139,7 +139,7 @@ def _starts(room: StreamRoom, cells: Stream, small: int) -> tuple[Stream, tuple[
 
 
 def _totals(sums: Stream) -> tuple[int, ...]:
-    """Read back the last entry of a scan, which holds the totals."""
+    """Read back the last entry of a scan."""
     return tuple(int(value) for value in sums.read_one(sums.length - 1)["value"])
 
 

@@ -59,7 +59,6 @@ def grow_small(room: StreamRoom, large: LargeNodes, pieces: Stream,
 
 def _choose(room: StreamRoom, nodes: Stream, extents: Stream, sides: Stream,
             rules: ZhouRules) -> SmallLevel:
-    """Choose the split of each node of a level, if a split lowers the cost."""
     costs = rules.costs
     choices = room.stream(CHOICE, nodes.length)
     room.draw("zhou_choose", choices, [nodes, extents, sides],
