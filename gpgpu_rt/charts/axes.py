@@ -49,8 +49,7 @@ def linear_axis(axis: Any, which: str) -> None:
 
 
 class _LogTicks(Locator):
-    """Ticks of a logarithmic axis: up to MOST_TICKS round numbers at base 10, or up to ten powers
-    of two at base 2."""
+    """Up to MOST_TICKS round numbers at base 10, or up to ten powers of two at base 2."""
 
     def __init__(self, base: int) -> None:
         self.base = base
@@ -76,7 +75,7 @@ class _LogTicks(Locator):
 
 def _within(digits: tuple[float, ...] | int, low: float, high: float) -> list[float]:
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
-    if isinstance(digits, int):     # count decades from 1, so that 1 has a tick
+    if isinstance(digits, int):     # count powers from 10^0, so that 1 has a tick
         return [10.0 ** k for k in range(first, last + 1)
                 if not k % digits and low <= 10.0 ** k <= high]
     return [digit * 10.0 ** k for k in range(first, last + 1) for digit in digits

@@ -22,7 +22,7 @@ class Series:
     name : the name in the legend
     values : the numbers; None where there is no number
     look : colour and marker
-    ends : the lowest and the highest number of each row, drawn as a line, or None
+    ends : (lowest, highest) for each row, drawn as a line; None for a row without a line
     texts : the texts beside the dots; by default the numbers
     """
 
@@ -60,7 +60,7 @@ def dot_rows(axis: Any, rows: Sequence[str], series: Sequence[Series], label: st
             note = axis.annotate(one.texts[row] if one.texts else plain(value), (end, y),
                                  xytext=(5, 0), textcoords="offset points", va="center",
                                  fontsize=size)
-            note.set_in_layout(False)       # `_leave_space` makes space for the text instead
+            note.set_in_layout(False)       # `_leave_space` makes space for the text
     for row in range(0, len(rows), 2):
         axis.axhspan(row - 0.5, row + 0.5, color="#f4f4f4", linewidth=0, zorder=0)
     axis.set_yticks(range(len(rows)), rows, fontsize=8)
@@ -82,7 +82,7 @@ def legend_of(series: Sequence[Series]) -> list[Any]:
 
 
 def _leave_space(axis: Any) -> None:
-    """Widen the x axis, so that the texts beside the last dots fit."""
+    """Widen the x axis for the texts beside the last dots."""
     low, high = axis.get_xlim()
     if 0 < low < high:
         axis.set_xlim(low, high * (high / low) ** 0.22)

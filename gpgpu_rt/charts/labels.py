@@ -5,8 +5,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-# Places to try for a label, relative to its point: distances in typographic points, the nearest
-# first, and directions in degrees.
+# Places to try for a label: distances (units of 1/72 inch) and directions (degrees) from the
+# labelled point.
 _DISTANCES = (5, 12, 20, 30, 42, 56, 72, 90)
 _ANGLES = (0, 180, 60, -60, 120, -120, 90, -90, 30, -30, 150, -150)
 _PADDING = 1.5       # space around a label in points
@@ -65,8 +65,8 @@ def _free_place(place: tuple[float, float], size: tuple[float, float], pixel: fl
     for distance in _DISTANCES:
         for angle in _ANGLES:
             dx, dy = math.cos(math.radians(angle)), math.sin(math.radians(angle))
-            # Measure the distance from the point to the label's edge, not to its centre. Centre a
-            # label that is straight above or below.
+            # Measure the distance from the point to the label's edge, not to its centre. Above and
+            # below the point, centre the label horizontally.
             side = 0.0 if abs(dx) < 0.1 else math.copysign(wide / 2, dx)
             x = place[0] + dx * distance * pixel + side
             y = place[1] + dy * (distance * pixel + high / 2)

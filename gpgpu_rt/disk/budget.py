@@ -29,7 +29,7 @@ def budget_bytes() -> int:
     except ValueError:
         mib = -1.0
     if not 0 < mib < 1e9:
-        raise OptionError(f"{VARIABLE} is {text[:40]!r}; give MiB, as in {DEFAULT_MIB}")
+        raise OptionError(f"{VARIABLE} is {text[:40]!r}; give a number of MiB, e.g. {DEFAULT_MIB}")
     return int(mib * (1 << 20))
 
 

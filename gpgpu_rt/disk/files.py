@@ -35,7 +35,7 @@ def open_input(path: str | os.PathLike[str]) -> BinaryIO:
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)
                          | getattr(os, "O_BINARY", 0))
     except ValueError as failure:       # the name contains a zero byte
-        raise OSError(errno.EINVAL, "no name of a file", os.fspath(path)) from failure
+        raise OSError(errno.EINVAL, "not a valid file name", os.fspath(path)) from failure
     except OSError as failure:
         if failure.errno in (errno.ENAMETOOLONG, errno.ENOTDIR):
             raise FileNotFoundError(errno.ENOENT, "no such file", os.fspath(path)) from failure

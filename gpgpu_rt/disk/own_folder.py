@@ -1,7 +1,7 @@
 """Own folder: makes this user's folder for temporary files, and checks whether to trust a folder.
 
-All users share the folder for temporary files. Another user could create a link there, and this
-program would write its files through the link. A FIFO there would block this program.
+All users share the folder for temporary files. Another user could create a link there, through
+which this program would write its files, or a FIFO, which would block this program.
 """
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def own_folder(name: str = "") -> Path:
 
     Parameters
     ----------
-    name : a folder within the own folder; "" for the own folder itself
+    name : a folder within the own folder
 
     Raises
     ------
@@ -49,7 +49,7 @@ def fault_of(folder: Path, follow: bool = False, shared: bool = False) -> str | 
     Parameters
     ----------
     folder : the folder
-    follow : whether the folder may be a link, if link and target belong to this user
+    follow : whether the folder may be a link; link and target must belong to this user or to root
     shared : whether other users may write into the folder
     """
     link = os.lstat(folder)

@@ -7,14 +7,14 @@ from ..errors import LimitError
 from ..scene.scene import Scene
 from ..scene.texture import Texture
 
-# Largest width and height of the packed texture, in texels; renderers support this size. A single
-# image wider than WIDTH makes the packed texture wider.
+# Limits on the packed texture in texels; renderers support this size. Only a single image that is
+# wider than WIDTH exceeds WIDTH.
 WIDTH, HEIGHT = 8192, 16384
 
 
 def places(scene: Scene) -> dict[str, np.ndarray]:
-    """Return the fields of the record IMAGE (``records.py``) for each material: its image's
-    rectangle in the packed texture, or zeros if the material has no image or no triangle."""
+    """Return the fields of the record IMAGE (``records.py``): for each material, the rectangle of
+    its image in the packed texture; zeros if the material has no image or no triangle."""
     corners = np.zeros((len(scene.materials), 4), np.int32)
     found = {id(t): (x, y) for t, x, y in _shelved(scene)}   # only textures in use
     for k, material in enumerate(scene.materials):

@@ -92,7 +92,7 @@ class Integrator:
     ----------
     gpu : the OpenGL context
     scene : the scene to draw
-    needs : what a picture of the scene needs: properties to support, bounces and shadow rays
+    needs : the properties to support, the bounces and the shadow rays of a picture of the scene
     intersection : the triangle test; the origins of spawned rays depend on its errors
     """
 
@@ -154,8 +154,8 @@ class Integrator:
         self.drawn.clear()
         self.fetches, self.vertices = 0, []
         if self.needs.want(("MOVING",)) and self.needs.asked.all_features:
-            # With all_features, MOVING is always set and does not show whether triangles moved, so
-            # write the tables again.
+            # A scene that starts to move sets MOVING, and so gets a new integrator with new
+            # tables. With all_features, MOVING is always set, so write the tables again here.
             self.textures.take(self.scene)
 
     @property
@@ -169,8 +169,6 @@ class Integrator:
         return shown(light, self.given["exposure"], self.given["tone_map"])
 
     def _make_room(self, size: tuple[int, int]) -> None:
-        """Allocate streams of (width, height) texels, or reuse the previous picture's streams if
-        they have this size."""
         self.size = size
         if self.room is None or self.room.size != size:
             self._release_room()
@@ -231,8 +229,8 @@ class Integrator:
 
     @property
     def planned(self) -> SceneNeeds:
-        """The needs of a picture of the current size; `needs` may include features that only other
-        sizes use."""
+        """The needs of a picture of the current size. `needs` may include more: features that only
+        pictures of other sizes use."""
         return self.needs
 
     @property

@@ -52,8 +52,7 @@ def _places(scene: Scene, count: int, sample: int) -> list[Uniforms]:
     if len(rows) <= count:
         wanted = power / power.sum() * count
         chosen = np.maximum(np.floor(wanted), 1).astype(int)
-        # Change one point at a time until the sum is right. A bright triangle may lose several
-        # points.
+        # Add or remove one point at a time until the sum is right.
         while chosen.sum() != count:
             step = 1 if chosen.sum() < count else -1
             gap = np.where((step < 0) & (chosen == 1), -np.inf, step * (wanted - chosen))

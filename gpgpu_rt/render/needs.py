@@ -46,8 +46,8 @@ class Asked:
     paths : whether to trace paths, which sample one light at each vertex and continue from any
         surface
     sampler : the random numbers of paths, "sobol" or "random"
-    samples : the number of pictures that are averaged; 1 with paths, whose integrator averages its
-        own samples
+    samples : the number of pictures that are averaged; 1 with paths, because their integrator
+        averages samples itself
     packs : whether live paths may be packed into smaller textures
     """
 
@@ -210,14 +210,14 @@ PROPERTIES: tuple[Property, ...] = (
 
 @dataclass(frozen=True)
 class SceneNeeds:
-    """The needs of a scene: the properties that programs must support, the bounces that matter,
-    and the shadow rays of a hit.
+    """The needs of a scene: the properties that programs must support, the bounces, and the shadow
+    rays of a hit.
 
     Attributes
     ----------
     present : names of the properties that the programs support
     left_out : names of all other properties
-    bounces : the number of bounces that can matter
+    bounces : the number of bounces after which a ray may still change the picture
     lights : the number of shadow rays of a hit
     index_bits : bits of the largest triangle index
     asked : the options of the picture
@@ -292,7 +292,6 @@ class SceneNeeds:
 
 
 def _but(names: Iterable[str]) -> tuple[str, ...]:
-    """Return the names of all properties except the given ones."""
     kept = set(names)
     return tuple(p.name for p in PROPERTIES if p.name not in kept)
 

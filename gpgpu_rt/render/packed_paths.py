@@ -39,16 +39,15 @@ from .records import CAME_FROM, RADIANCE, WALK
 
 LEAST = 1 << 11     # texels of the smallest textures; smaller passes would not be faster
 PACKED = ("PACKED_PATHS",)
-# Largest number that the option ``compact`` accepts. The number is the texels of each texture size
-# divided by the texels of the next larger size. With this largest number, all smaller textures
-# together need three times the memory of a wave.
+# Largest share that the option ``compact`` accepts. Each texture size has this share of the texels
+# of the next larger size, so all packed textures together need three times the memory of a wave.
 MOST_SHARE = 0.75
 SHARES = {"auto": 0.25, "on": 0.25, "off": 0.0}
 # Packing saves time in waves of at least this many texels; see docs/path-tracing.md.
 AUTO = 1 << 15
 
-COMPACT = Option("compact", "auto", "pack the remaining paths into smaller textures: on, off, "
-                 "auto (in large waves), or the largest share of live texels at which to pack",
+COMPACT = Option("compact", "auto", "pack the live paths into smaller textures: on, off, auto (in "
+                 "large waves), or a number: pack if at most this share of the texels is live",
                  float,
                  words=tuple(SHARES), minimum=0, label="pack live paths")
 
@@ -155,7 +154,7 @@ class PackedPaths:
         """Pack ``live`` paths into the smallest textures that hold the paths, and return these
         textures. If no smaller textures hold the paths, return ``level``.
 
-        Before it packs, the method adds the light of packed paths to their original texels.
+        If the paths are packed already, first add their light to their original texels.
 
         Parameters
         ----------

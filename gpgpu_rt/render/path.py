@@ -220,7 +220,8 @@ class Path(Integrator):
         room, context = level.room, self.gpu.context
         found = {**source, **room.samplers(level.walk[1], "walk"), **room.samplers("lit", "lit")}
         if "shadow rays" in room:
-            # Trace before blending is on: for packets, `samplers` runs a pass that must not blend.
+            # Get the hits before blending is on: for packets, `samplers` of the hits runs a pass,
+            # which must not blend.
             found.update(trace(room.rays["shadow rays"], any_hit=True).samplers())
             found.update(room.samplers("direct", "direct"))
         with level.target(None, "radiance") as target:
@@ -233,7 +234,6 @@ class Path(Integrator):
         return query.samples > 0
 
     def _live(self, level: PathTextures) -> int:
-        """Return the number of live paths."""
         query = self.gpu.query()
         with level.target(None) as target, query:
             self.run("path live", target, level.samplers())

@@ -17,8 +17,8 @@ class Plan:
     Attributes
     ----------
     integrator : the integrator's name
-    needs : bounces that can matter, shadow rays per hit, bits of a triangle index, and the formats
-        of stored and computed numbers
+    needs : bounces after which a ray may still change the picture, shadow rays per hit, bits of a
+        triangle index, and the formats of stored and computed numbers
     present : properties that the scene has, or that options request
     passes : names of the passes, in the order of their declaration
     textures : name of a texture or stream -> its bytes
@@ -91,5 +91,4 @@ class Plan:
 
 
 def _why(needs: SceneNeeds, wanted: tuple[str, ...]) -> str:
-    """Return the reasons why none of these defines is set."""
     return " and ".join(dict.fromkeys(needs.why_not(define=define) for define in wanted))

@@ -33,8 +33,8 @@ probability ``keep`` of choosing the light instead of the alias. A light is the 
 or -1 - k for point light k. The surroundings count as the point light after the last."""
 
 POINT_LIGHT = Record("point_light", "position:vec3 | strength:vec3")
-"""A point light that paths sample: its position, and its ``strength``, which is the irradiance of
-a surface that faces the light, divided by the probability of choosing this light."""
+"""A point light that paths sample. ``strength`` is the irradiance of a surface that faces the
+light, at any distance, divided by the probability of choosing this light."""
 
 SURROUNDINGS_ROW = Record("surroundings_row", "sum cosine")
 """A row of cells of the image that surrounds a scene (``scene/image_light.py``). ``sum`` is the
@@ -53,8 +53,7 @@ RADIANCE = Record("radiance", "sum:vec3")
 """The light that a pixel has gathered so far."""
 
 SCREEN = Record("screen", "colour:vec4")
-"""The final colour of a pixel, sRGB; or its linear light for the host to convert
-(``tone_map.py``)."""
+"""The final colour of a pixel: sRGB, or linear light that the host converts (``tone_map.py``)."""
 
 LIVE = Record("live", "weight")
 """The largest weight of the rays in a tile of pixels."""
@@ -71,5 +70,5 @@ CAME_FROM = Record("came_from", "x:int y:int")
 """The texel of the wave's textures from which a packed path came (glsl/render/bring_back.vert)."""
 
 SUMS = Record("sums", "total:vec4 | lost:vec4")
-"""The radiance and the squared luminance of a pixel, summed over its paths, with the rounding
-error ``lost`` that compensated summation needs."""
+"""``total`` is a pixel's radiance and squared luminance, summed over its paths. ``lost`` is the
+rounding error of this sum, for compensated summation."""

@@ -191,8 +191,8 @@ class Whitted(Integrator):
             if "shadow rays" in room:
                 hits = trace(room.rays["shadow rays"], any_hit=True)
             if "radiance" in room:
-                # Get the hits before blending is on: for packets, `samplers` runs a pass that must
-                # not blend.
+                # Get the hits before blending is on: for packets, `samplers` of the hits runs a
+                # pass, which must not blend.
                 gathered = {**source, **hits.samplers(), **self._lit()}
                 context.enable_only(moderngl.BLEND)
                 context.blend_func = moderngl.ONE, moderngl.ONE
@@ -202,7 +202,6 @@ class Whitted(Integrator):
         return hits
 
     def _lit(self) -> Samplers:
-        """Return the textures that shading wrote."""
         assert self.room is not None
         return {name: texture for stream in ("lit", "direct") if stream in self.room
                 for name, texture in self.room.samplers(stream, stream).items()}

@@ -93,9 +93,9 @@ minima and maxima over this image is the hierarchy, and a few passes build it.
     Chapter("Hierarchies over rays, not triangles", """
 The search can also be reversed: put cones around bundles of rays, and find for each triangle the
 cones that it can intersect. No structure is built over the triangles, so moving triangles cost
-nothing extra. But there are many pairs of a triangle and a cone. After each level, the pairs that
-do not meet must be removed from the stream. Later work used only one part of this method, the
-stream reduction by blocks.
+nothing extra. But there are many pairs of a triangle and a cone. After each level of the
+hierarchy, the pairs whose triangle misses the cone must be removed from the stream. Later work
+used only one part of this method, the stream reduction by blocks.
 """, ("fig23", "fig24", "fig25", "reduction", "ray_space")),
     Chapter("Rays that keep together (survey, section 4)", """
 Fetching nodes is the main cost, and neighbouring rays fetch the same nodes. A packet fetches a
@@ -119,8 +119,8 @@ does not use.
 Many cards of the time computed with 24 or 16 bits, and their rays slipped between triangles. Low
 precision costs wrong pixels, high precision costs time, and both costs can be measured. A *leak*
 is a ray that passes through a closed surface. A *wrong* ray finds another triangle than the exact
-answer, and its rounding errors do not explain the difference. If n rays show no error, the share
-of wrong rays may still be as large as 3/n.
+answer, and its rounding errors do not explain the difference. If n random rays show no error, the
+share of wrong rays is below 3/n, with a confidence of 95 %.
 
 Ray tracers of today are compared with the same exact answers, on rays that are aimed at difficult
 places.
@@ -133,9 +133,9 @@ and one renderer, with the same rays.
 """, ("table1", "fig26")),
     Chapter("The graphics cards of the papers", """
 How long would these programs have taken on the cards of their papers? Mesa still has compilers for
-most of these cards, and these compilers compile the kernels. From the kernel that each ray runs in
-each step, this program counts how often a card issues each kernel, and how many pixels wait while
-this kernel runs. A model predicts a time from these counts and from the numbers in a card's data
+most of these cards, and these compilers compile the kernels. This program records which kernel
+each ray runs in each step. The record shows how often a card issues a kernel, and how many pixels
+wait meanwhile. A model predicts a time from these counts and from the numbers in a card's data
 sheet. No constant is fitted.
 
 The cards rounded each result to 9 or 16 bits of fixed point, or to floats of 24 or 32 bits. The

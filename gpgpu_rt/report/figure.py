@@ -76,9 +76,11 @@ class Figure:
 
 
 def to_html(text: str, folder: Path, width: int, known: Collection[str] = ()) -> str:
-    """Convert Markdown to HTML that loads nothing from the network or the disk: pictures in
-    ``folder`` are embedded, links to figures point into the page, and other links become plain
-    text."""
+    """Convert Markdown to HTML that loads nothing from the network or the disk.
+
+    Embed the pictures of ``folder``. Point links to ``known`` figures into the page, and turn
+    other links into plain text.
+    """
     try:
         from markdown_it import MarkdownIt
     except ImportError:
@@ -97,7 +99,6 @@ def to_html(text: str, folder: Path, width: int, known: Collection[str] = ()) ->
 
 
 def _within(token: Any, folder: Path, known: Collection[str]) -> None:
-    """Point links to figures' files into the page, and turn other links into text."""
     if token.type != "link_open":
         return
     name = Path(str(token.attrGet("href"))).stem

@@ -46,7 +46,6 @@ class _Film:
             self._add(one)
 
     def end(self) -> None:
-        """Add the last pass."""
         last = self.passes[0]
         if self.frames[-1][0] is not last:
             if self.chooser.is_replaced(len(self.frames), self.frames[-1][0].live, last.live):
@@ -69,7 +68,6 @@ class _Film:
             [part for _, pixels in self.frames for part in (pixels, seam)]))
 
     def texts(self, rays: int) -> list[str]:
-        """Return a text for each frame."""
         last = self.passes[0].number
         found = []
         for one, _ in self.frames:

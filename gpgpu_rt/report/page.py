@@ -23,7 +23,7 @@ from .films import film, heat_maps, or_why_not
 from .verdict_badges import BADGE_STYLE, overview
 
 LIMIT = 15_000_000      # bytes
-# Wider pictures are shrunk to one of these widths, in pixels: the first with which the file stays
+# Widths in pixels to which wider pictures are shrunk. The first width is used that keeps the file
 # within LIMIT.
 WIDTHS = (1400, 1000, 700, 450)
 
@@ -83,8 +83,8 @@ def write_report(output: str | os.PathLike[str], figures: str | os.PathLike[str]
     size : (width, height) in rays of the films and heat maps
     films : whether to make films and heat maps, which takes a minute and needs an OpenGL context
     say : called with each line about progress
-    web : the folder that ``make web`` writes. The report links to pages of this folder that belong
-        to a figure. The links are relative, so publish the report and the folder together
+    web : the folder that ``make web`` writes. A figure links to its interactive pages in this
+        folder. The links are relative, so publish the report and the folder together
 
     Raises
     ------

@@ -21,7 +21,6 @@ class JudgedFigure:
 
     Attributes
     ----------
-    name, title : the figure's name and title
     verdict : the fields of the verdict in the figure's JSON file
     """
 
@@ -54,7 +53,8 @@ def judged_figure(name: str, title: str, folder: Path) -> JudgedFigure | None:
 
 
 def badge(word: str, text: str | None = None) -> str:
-    """Return a badge with a verdict's word, or ``text``, in the colours of the outcome."""
+    """Return a badge in the colours of a verdict's outcome. It shows ``text``, by default the
+    verdict's word."""
     outcome = outcome_of(word)
     return (f'<span class="badge" style="background:{outcome.paper};color:{outcome.ink}">'
             f"{html.escape(text or word)}</span>")

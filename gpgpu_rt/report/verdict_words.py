@@ -24,7 +24,6 @@ class Outcome:
 
     Attributes
     ----------
-    name : the outcome in words
     words : the words of these verdicts
     paper, ink : colours of a badge and of its text; "confirmed" and "contradicted" differ also in
         lightness, for colour-blind readers
@@ -48,8 +47,9 @@ def outcome_of(word: str) -> Outcome:
 
 
 def score(verdict: Mapping[str, Any]) -> str:
-    """Return a clause with the number of claims or pairs that agree with the survey, and with the
-    number of scenes; "" if nothing was compared.
+    """Return a clause such as "3 of 4 claims, on 2 scenes"; "" if nothing was compared.
+
+    Count the claims, or else the pairs of methods, that agree with the survey.
 
     Parameters
     ----------

@@ -15,8 +15,8 @@ class Shown:
 
     Attributes
     ----------
-    value : the value; None if the user gave no value and the default is None
-    none : the words that the control shows for None: "off", "automatic", or "automatic (20)"
+    value : the value; may be None
+    none : the words that the control shows for None, such as "off" or "automatic (20)"
     """
 
     value: Any
@@ -53,7 +53,7 @@ def _words_for_none(option: Option, tracer: Tracer) -> str:
 
 
 def _automatic(name: str, tracer: Tracer) -> Any:
-    """Return the tracer's value for an option that is None; None if unknown."""
+    """Return the value that the tracer chose for an option; None if unknown."""
     session = tracer.session
     if name == "step_cap":
         return session.step_cap

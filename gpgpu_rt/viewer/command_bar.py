@@ -57,7 +57,6 @@ class CommandBar:
         imgui.end()
 
     def _size(self) -> str:
-        """Return the picture's size, and whether the picture is being refined."""
         viewer = self.viewer
         width, height = viewer.size
         if viewer.image is None:

@@ -14,12 +14,12 @@ import numpy as np
 from ..errors import SceneError
 from ..scene.camera import Camera
 
-# Rounding a camera moves the projection of a point by less than this share of a pixel, if the
-# point's depth lies between NEAREST and 1 times the target's distance.
+# Rounding a camera moves a point's projection by less than PIXEL_SHARE pixels, for points at
+# NEAREST to 1 times the depth of the target.
 PIXEL_SHARE = 0.1
 NEAREST = 0.25
-# Parts of the camera in the order of rounding, each with a share. Rounding a part and all parts
-# before it moves the projection of a point by less than the share times PIXEL_SHARE.
+# Parts of the camera in the order of rounding, each with a share. After a part is rounded, all
+# roundings so far move a point's projection by less than the share times PIXEL_SHARE pixels.
 _BUDGETS = (("fov", 0.1), ("up", 0.3), ("eye", 0.6), ("target", 1.0))
 
 

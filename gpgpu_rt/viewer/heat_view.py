@@ -42,7 +42,7 @@ class HeatView:
     top: float = 1.0
 
     def tracers(self, tracers: Tracers, method: str, options: Mapping[str, Any]) -> list[Tracer]:
-        """Return the tracers that count, one for each map."""
+        """Return a tracer for each map."""
         return [tracers.get(name, chosen) for name, chosen in self.traced(method, options)]
 
     def measure(self, tracers: Sequence[Tracer], camera: Camera,

@@ -8,8 +8,8 @@ LOW = 66                # height of the bottom panel
 # table.
 PANEL, HELP, TABLE = 340, 330, 220
 LEAST_PANEL = 220       # smallest width of the left panel; MOST_SHARE can make it narrower
-# Largest share that a part gets. The left panel gets a share of the window's width, the help a
-# share of the remaining width, and a ray's table a share of the height above the bottom panel.
+# Limit on each part's share: of the window's width for the left panel, of the remaining width for
+# the help, and of the height above the bottom panel for a ray's table.
 MOST_SHARE = 0.5
 
 

@@ -47,7 +47,7 @@ def chosen_method(name: str, window: tuple[int, int]) -> str | None:
 
 
 def _row(row: Method, is_chosen: bool) -> bool:
-    """Draw a row. Return whether the row was clicked."""
+    """Return whether the row was clicked."""
     imgui.table_next_row()
     imgui.table_set_column_index(3)
     text = sentence(row)

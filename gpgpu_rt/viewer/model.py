@@ -125,8 +125,8 @@ class Viewer:
         self.camera = self._home
 
     def choose(self, selection: Selection) -> None:
-        """Request another selection. The next call of `step` only lets a window show ``busy``; the
-        call after that changes the selection."""
+        """Request another selection. The next call of `step` returns at once, so that a window can
+        show ``busy``. The call after that changes the selection."""
         if selection != self.selection:
             self._wanted, self.message = selection, ""
 
@@ -171,8 +171,8 @@ class Viewer:
         self._insist, self.failed = True, ""
 
     def follow(self, pixel: tuple[int, int]) -> None:
-        """Request the path of a pixel's ray. The next call of `step` only lets a window show
-        ``busy``; the call after that traces the ray and stores its path in ``path``."""
+        """Request the path of a pixel's ray. As after `choose`, the second call of `step` does the
+        work: it stores ``path``."""
         self._asked = tuple(pixel)
 
     # Work ----------------------------------------------------------------------------------
@@ -237,7 +237,8 @@ class Viewer:
 
     @property
     def held_back(self) -> float | None:
-        """The estimated seconds of the finest picture, if only `insist` draws it; else None."""
+        """The estimated seconds of a picture of every pixel, if only `insist` draws this picture;
+        otherwise None."""
         if self.mode == "passes" or self.divisor in (None, 1) or not self.finished:
             return None
         estimate = self.pace.estimate(1)
@@ -366,8 +367,8 @@ class Viewer:
         return settings_of(self)
 
     def save(self, folder: str | os.PathLike[str] = ".") -> Path | None:
-        """Write all pixels as a PNG, and the settings as JSON beside it. Return the PNG's path.
-        After an error, return None and set ``message``."""
+        """Draw every pixel. Write a PNG, and the settings as JSON beside it. Return the PNG's
+        path. After an error, return None and set ``message``."""
         with self._guarded():
             path = name_for(self, Path(folder))     # fails early if the folder is not writable
             if self.mode == "passes":

@@ -4,10 +4,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 MOVING = 0.07       # limit in seconds for a picture while the camera moves
-# Limit in seconds for a picture while the camera rests.
-AT_REST = 0.6
-# If all pictures finer than the shown one exceed AT_REST, this limit decides whether the coarsest
-# of them is drawn. Only the user's request starts a slower picture.
+AT_REST = 0.6       # limit in seconds for a picture while the camera rests
+# If every picture that is finer than the shown picture would exceed AT_REST, draw the coarsest of
+# them, but only within this limit in seconds.
 PATIENCE = 3.0
 STALE = 3.0         # seconds after which a measured time is ignored, unless it is the newest time
 DIVISORS = (1, 2, 3, 4, 6, 8, 12, 16)   # divisors of width and height; 1 draws every pixel

@@ -13,8 +13,7 @@ from ..tracer import Tracer
 from .journey import hit_words, word_of
 
 MOST_ROWS = 20_000
-# The two corners of each edge of a box. Bit a of a corner's number chooses the upper coordinate
-# along axis a.
+# The corner numbers of a box's edges. Bit k of a number chooses the upper coordinate along axis k.
 _EDGES = np.array([(a, a | 1 << axis) for a in range(8) for axis in range(3)
                    if not a >> axis & 1])
 

@@ -12,7 +12,8 @@ from ..render.integrators import DEFAULT, find_integrator
 from ..scene.camera import Camera
 from ..tracer import DEFAULT_METHOD
 
-# Panels omit these: the viewer sets context and statistics, and presort does not affect eye rays.
+# Options that panels omit: the viewer sets context and statistics itself, and presort does not
+# affect eye rays.
 DECIDED = ("context", "statistics", "presort")
 
 
@@ -47,7 +48,6 @@ def camera_words(camera: Camera, own: Camera | None = None) -> list[str]:
 
 
 def _shortest(number: float) -> str:
-    """Return the shortest text from which Python reads the same number."""
     return repr(number).removesuffix(".0")
 
 

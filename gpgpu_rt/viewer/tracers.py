@@ -11,19 +11,19 @@ from ..render.integrators import DEFAULT
 from ..scene.scene import Scene
 from ..tracer import Tracer
 
-KEPT = 3            # number of tracers in the cache
+KEPT = 3            # tracers in the cache
 PROOF = (8, 8)      # size of the test picture in pixels; this suffices to run every program
 
 
 class Tracers:
-    """The last few tracers of a scene, made at their first use.
+    """The last few tracers of a scene.
 
-    A new tracer draws a test picture. So an error in the new tracer's programs appears while the
-    viewer still has the previous tracer.
+    A new tracer draws a test picture. An error in its programs thus appears while the viewer still
+    has the previous tracer.
 
     Attributes
     ----------
-    pinned : the tracer that draws the viewer's pictures. It always stays in the cache
+    pinned : the tracer of the viewer's pictures, which always stays in the cache
     made : number of tracers made so far
     """
 
@@ -63,8 +63,8 @@ class Tracers:
         return self._tracers[key]
 
     def in_passes(self, method: str, options: Mapping[str, Any], single: bool = False) -> Tracer:
-        """Return a tracer whose schedule has many passes. With ``single``, each pass runs one
-        step."""
+        """Return a tracer with many passes, if a schedule of the method has them. With ``single``,
+        each pass runs one step."""
         return self.get(method, find_method(method).in_passes(options, single))
 
     def release(self) -> None:

@@ -10,10 +10,11 @@ const SHOWN_COLOURS = {kernel_colours: KERNEL_COLOURS.flatMap(
 
 const kernelColour = (phase) => KERNEL_COLOURS[Math.min(phase, KERNEL_COLOURS.length) - 1];
 
-// Returns `alive`, the numbers of rays (or packets) that are alive after 0, 1, 2, ... steps; `last`, the step after
-// which none is alive; `percentile`, the 99th percentile of the numbers of steps. The field `steps` of a ray gives the
-// step after which the ray ends. A packet's field does not: it leaves out pushes and pops. So for packets, `lives` has
-// the numbers of live packets that `trace` counted.
+// Counts the rays (or packets) of a whole search. Returns, among others:
+// `alive`: how many are alive after 0, 1, 2, ... steps; `last`: the step after which none is alive;
+// `percentile`: the 99th percentile of their numbers of steps.
+// A ray ends after the step that its field `steps` gives. A packet's field leaves out pushes and pops, so for packets,
+// `lives` has the numbers of live packets.
 function survey(schedule, states, lives = []) {
     const [texel, channel] = field(schedule, "steps"), [width, height] = sizeOf.get(states[texel]);
     const values = readTexture(states[texel], width, height);

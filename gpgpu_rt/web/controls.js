@@ -57,7 +57,7 @@ async function draws() {
         return shows(states, step);
     };
     const paused = () => plays && !playing && reached > from;
-    // Counting live packets reads a texture back after every turn, so count only where `count` needs the numbers.
+    // Counting live packets reads a texture back after every turn, so count them only in whole searches, for `count`.
     const lives = [], whole = limit === MOST_TURNS && drawn.cycles.length === 1 && !dragged;
     const found = await trace(drawn, camera, side, side, {most: limit, stopped: () => ends() || paused(), seen,
                                                           lives: whole ? lives : null});
@@ -82,7 +82,7 @@ async function draws() {
     if (counts && !wanted) await countWhole(drawn, camera, side);
 }
 
-// If the picture stops at a step, traces the search to its end, to count the live rays after each step.
+// Traces the whole search again, to count the live rays after each step, unless they are already counted.
 async function countWhole(drawn, camera, side) {
     if (presentSurvey()) return;
     const lives = [];
@@ -284,7 +284,7 @@ function choose(name, most) {
     return show();
 }
 
-// Returns the number of a turn's first pass whose program defines a kernel. If no program defines one, returns the
+// Returns the number of the first pass of the first turn whose program defines a kernel; without such a pass, the
 // number of the turn's first pass.
 function kernelPass({cycles, passes, structure: {kernels}}) {
     const turn = cycles[0].turns[0].passes;

@@ -101,7 +101,8 @@ class Described:
         self._start = self._end(once) if self._cycles else {"states": place[0], "hits": place}
 
     def _by_kernel(self, rest: Sequence[ObservedPass]) -> list[dict[str, Any]]:
-        """Return a cycle for each kernel: the first passes that run this kernel."""
+        """Return a cycle for each kernel: the passes between two counts of rays, from the first
+        time that these passes run the kernel."""
         segments: list[list[ObservedPass]] = [[]]
         for one in rest:
             if one.name in COUNTING:
@@ -118,7 +119,6 @@ class Described:
         return cycles
 
     def _described_cycle(self, kernel: int, turns: list[list[ObservedPass]]) -> dict[str, Any]:
-        """Return the turns of a cycle, each with the targets of its states and hits."""
         return {"kernel": kernel, "turns": [
             {"passes": [self._number(one) for one in turn], **self._end(turn)} for turn in turns]}
 
@@ -169,7 +169,7 @@ class Described:
                 inputs[sampler] = f"table:{self._tables.texture(texture)}"
             else:
                 raise NotInBrowser(f"neither a pass nor a table provides {sampler}")
-        # Give the page the text for readers. It computes the same bits as the tracer's program.
+        # Give the page the readable text, which computes the same bits as the tracer's program.
         sized, fragment = self._sized(one), program_text(self._printed[one.texts[1]])
         if self._packets:
             fragment = without_do(fragment)

@@ -1,9 +1,9 @@
 """Packing: packs float32 tables into short texts, from which the page recovers the same bits.
 
-A row holds 1 to MOST_TEXELS successive texels; the number that packs best is chosen. Each
-component of a row is a column. Each value is predicted, and its difference from the prediction is
-stored. The differences are stored byte plane by byte plane, because such planes compress well.
-`unpack.js` reverses these steps.
+A row holds 1 to MOST_TEXELS texels; the number that packs best is chosen. Each component of a row
+is a column. Each value is predicted, and its difference from the prediction is stored. Byte plane
+k of a column holds byte k of its differences, because such planes compress well. `unpack.js`
+reverses these steps.
 """
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ import numpy as np
 # The predictions of a number in a column, in this order: 0, the previous number, the index of the
 # number's row, and 1 + the largest previous number.
 PREDICTIONS = ("none", "previous", "row", "fresh")
-MOST_TEXELS = 4     # largest number of texels in a row
+MOST_TEXELS = 4
 SAMPLE = 1 << 13    # number of rows from which the prediction of a column is chosen
-# The rows of a column can be divided into classes, each with its own codes. The value of another
-# column, the key, is the row's class. Larger values than CLASSES are in the class CLASSES.
+# The rows of a column can be divided into classes, each with its own kind and prediction. A row's
+# class is the value of another column, the key; values above CLASSES count as CLASSES.
 CLASSES = 3
 
 

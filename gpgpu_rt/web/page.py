@@ -49,7 +49,7 @@ def write_page(scene: Scene, names: list[str], path: str,
         leaves such a method out
     title, caption : the page's heading, and a sentence below it. The default heading names the
         scene, and the method if there is only one
-    index : the file in the same folder that lists all pages; "" leaves the link to it out
+    index : the file in the same folder that lists all pages, for a link; "" for no link
 
     Raises
     ------
@@ -103,8 +103,8 @@ def page_text(scene: Scene, methods: list[WebMethod], tables: PageData, title: s
 
 
 def _opening(methods: list[WebMethod]) -> str:
-    """Return the method of the first picture, if possible not brute force: its rays all end
-    together, so the search shows nothing."""
+    """Return the method of the first picture. Avoid brute force: all its rays end together, so the
+    steps of its search show nothing."""
     return next((one.name for one in methods if one.name != "brute-force"), methods[0].name)
 
 
@@ -120,7 +120,6 @@ def _cost_row(method: WebMethod) -> str:
 
 
 def _kernel_colours() -> str:
-    """Return a CSS rule with the kernels' colours."""
     names = [f"--kernel-{phase}: #{bytes(category(phase)).hex()}"
              for phase in range(1, MOST_KERNELS + 1)]
     return f":root {{ {'; '.join(names)} }}\n"

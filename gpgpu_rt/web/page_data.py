@@ -16,7 +16,7 @@ class NotInBrowser(Exception):
 
 
 class PageData:
-    """The tables and texts of a page. Equal tables and equal texts are stored once."""
+    """The tables and texts of a page. Equal tables or texts are stored once."""
 
     def __init__(self) -> None:
         self.texts: list[str] = []
@@ -72,8 +72,8 @@ class PageData:
             rows, size=size, triangles=True)
 
     def _triangle_rows(self, texels: np.ndarray) -> np.ndarray | None:
-        """Return the triangle and the field ``last`` of each row of a triangle table, (n, 2).
-        Return None if a table made from these values would differ from ``texels`` in a bit."""
+        """Return each row's triangle, and whether it is the last of its leaf, (n, 2). Return None
+        if a table made from these values would differ from ``texels`` in a bit."""
         if texels.shape[1] != 4 or not len(self._corners):
             return None
         rows = np.zeros((-(-len(texels) // 3), 3, 4), np.float32)

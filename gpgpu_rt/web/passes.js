@@ -1,7 +1,7 @@
 // Draws the passes of a schedule in order, and repeats its cycles until no ray is alive. A cycle consists of turns.
 // After each turn, the states and hits are complete (gpgpu_rt/web/described.py).
 
-// Number of turns between two counts of the live rays; with several cycles, half of this number.
+// Number of turns between two counts of the live rays. With several cycles, the rays are counted twice as often.
 const CHECKED = 16;
 const MOST_TURNS = 60000;   // a search that takes more turns is stopped
 const MOST_RECTANGLES = 1 << 14;
@@ -94,8 +94,8 @@ function bound(pass, made, output, textures, own, rays) {
     return (live) => draw(pass.vertex, pass.fragment, into, uniforms, inputs, ...spread(live, into));
 }
 
-// Returns the rectangles of live rays in a target (null: the whole target), and the rectangles' unit in texels. The
-// unit is the side of the square of the target that one state covers. Each tile of an atlas gets all rectangles.
+// Returns the rectangles of live rays in a target (null: the whole target), and the rectangles' unit: one state covers
+// a square of unit x unit texels of the target. Each tile of an atlas gets all rectangles.
 function spread(live, {tile, across, levels}) {
     const [width, height] = live ? live.size : tile, texels = tile[0] / width;
     if (!live || !live.corners || !Number.isInteger(texels) || tile[1] !== texels * height

@@ -50,7 +50,7 @@ function texture(width, height, components, values) {
     const limit = gl.getParameter(gl.MAX_TEXTURE_SIZE);
     if (Math.max(width, height) > limit) {
         fail(`A texture of ${width} x ${height} texels is larger than this graphics card holds (${limit} x ${limit}). `
-             + "Take fewer rays, or a page of a smaller scene.");
+             + "Choose fewer rays, or a page of a smaller scene.");
     }
     const made = gl.createTexture();
     sizeOf.set(made, [width, height]);

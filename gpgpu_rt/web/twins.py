@@ -42,5 +42,5 @@ TWINS = (
     Twin("fig20", "teapot", ("grid", "kd-restart", "bvh-threaded"),
          "A grid, a kd-tree and a threaded hierarchy trace the same rays."),
     Twin("fig21", "knot", ("geometry-image",),
-         "The mesh is an image of positions, and pyramids over the image hold its boxes."),
+         "The mesh is an image of positions. Pyramids over the image hold the mesh's boxes."),
 )

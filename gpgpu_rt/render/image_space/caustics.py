@@ -39,13 +39,13 @@ class Caustics:
     ----------
     tracer : the tracer of a scene with a dielectric or a mirror
     light : (3,) position of the light, outside the refractor
-    photons : pixels along a side of the refractor's image; each pixel is a photon
+    photons : pixels along a side of the refractor's image
     resolution : pixels along a side of the receivers' image, and of the caustic map
     spread : the width of the receivers' image, divided by the width of the refractor's image, at
         equal distances from the light
     splat : side in pixels of the square that a photon covers in the caustic map
     iterations : number of successive estimates of the point where a photon lands
-    smooth : whether to interpolate the refractor's normals; otherwise, triangles are flat
+    smooth : whether to interpolate the refractor's normals
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Caustics:
         place = np.asarray(light, np.float64) if np.shape(light) == (3,) else np.full(3, np.nan)
         if not np.isfinite(place).all():
             raise OptionError(f"the light is at {light}; give three finite numbers")
-        with tracer.gpu:        # OpenGL clamps the size of larger points, which would lose light
+        with tracer.gpu:        # OpenGL shrinks points above this size, which would lose light
             largest = int(tracer.gpu.context.info["GL_POINT_SIZE_RANGE"][1])
         if splat > largest:
             raise OptionError(f"splat is {splat}; give at most {largest}, the largest point that "
@@ -126,13 +126,15 @@ class Caustics:
     # The map --------------------------------------------------------------------------------
 
     def map(self, landed: np.ndarray | None = None) -> np.ndarray:
-        """Return the caustic map: the flux in each texel of the receivers' image, for a light of 1
-        watt per steradian, (resolution, resolution) float32, row 0 at the top.
+        """Return the caustic map, the flux in each texel of the receivers' image.
 
         Parameters
         ----------
-        landed : (n, n, 4) points and flux of photons, as `landings` and `traced` return them; None
-            to search the receivers' image
+        landed : the result of `landings` or `traced`; None to search the receivers' image
+
+        Returns
+        -------
+        (resolution, resolution) float32, for a light of 1 watt per steradian, row 0 at the top
         """
         if landed is not None and np.shape(landed) != (self.photons, self.photons, 4):
             raise OptionError(f"landed has the shape {np.shape(landed)}; give ({self.photons}, "
@@ -200,7 +202,8 @@ class Caustics:
 
         Parameters
         ----------
-        places, normals : (h, w, 3) points, and unit normals on the visible side, or 0 for no light
+        places : (h, w, 3) points
+        normals : (h, w, 3) unit normals on the visible side; zeros for points that get no light
         """
         with self.gpu, placed(self.gpu, places, normals, 1) as (target, given):
             self.gpu.context.enable_only(moderngl.NOTHING)
@@ -210,9 +213,14 @@ class Caustics:
 
     def draw(self, camera: Camera | None = None, size: tuple[int, int] = (256, 256),
              landed: np.ndarray | None = None) -> np.ndarray:
-        """Return (h, w) float32, the irradiance of the caustic at a camera's first hits, for a
-        light of 1 watt per steradian, row 0 at the top; 0 on the refractor itself. To add the
-        caustic to a picture, multiply by colour / pi. ``landed`` is as for `map`."""
+        """Return the irradiance of the caustic at a camera's first hits; 0 on the refractor.
+
+        To add the caustic to a picture, multiply by colour / pi. ``landed`` is as for `map`.
+
+        Returns
+        -------
+        (h, w) float32, for a light of 1 watt per steradian, row 0 at the top
+        """
         self.map(landed)
         seen = Visible.of(self.tracer, camera, size)
         seen.normals[np.isin(seen.hits.triangle, self.rows).reshape(seen.normals.shape[:2])] = 0
@@ -226,8 +234,13 @@ class Caustics:
 
 
 def turning(tracer: Tracer) -> tuple[np.ndarray, float | None, float]:
-    """Return the rows of the triangles that refract or mirror light; their refractive index, None
-    for mirrors; and the share of light that mirrors reflect."""
+    """Find the triangles that refract or mirror light.
+
+    Returns
+    -------
+    the triangles' rows; their refractive index, or None for mirrors; the share of light that
+    mirrors reflect
+    """
     scene = tracer.scene
     turns = np.array([bool(m.ior) or any(m.mirror) for m in scene.materials])
     rows = np.flatnonzero(turns[scene.material_of])

@@ -40,7 +40,7 @@ def divided(triangles: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarr
     """
     corners, cuts = np.asarray(triangles, np.float64), cuts_of(triangles, longest)
     parts, parents = [], []
-    for k in np.unique(cuts):            # there are few different numbers of cuts
+    for k in np.unique(cuts):
         rows = np.flatnonzero(cuts == k)
         weights = _weights(int(k))
         parts.append(np.einsum("pcw,nwx->npcx", weights, corners[rows]).reshape(-1, 3, 3))
@@ -77,8 +77,8 @@ def straight_light(tracer: Tracer, places: np.ndarray, normals: np.ndarray,
     ----------
     tracer : the tracer of the scene
     places, normals : (n, 3) points, and unit normals on the side that is lit
-    samples : the number of points on all emitting triangles together, the same points for all
-        places
+    samples : the number of points on all emitting triangles together. Each of the ``places`` gets
+        a shadow ray to each of these points
 
     Returns
     -------
@@ -87,7 +87,7 @@ def straight_light(tracer: Tracer, places: np.ndarray, normals: np.ndarray,
     scene = tracer.scene
     start = (places + LIFT * scene.extent * normals).astype(np.float32)
     found = np.zeros((len(places), 3))
-    for light in scene.lights:           # there are few point lights
+    for light in scene.lights:
         to = np.asarray(light.position) - start
         cosine = (to * normals).sum(1) / np.maximum(np.linalg.norm(to, axis=1), 1e-30)
         found += _reaching(tracer, start, to, cosine)[:,

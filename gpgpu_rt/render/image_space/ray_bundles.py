@@ -36,8 +36,7 @@ if TYPE_CHECKING:
 STRAIGHT = ("traced", "bundles")
 FAR = 1e30           # a depth behind all surfaces
 MOST_LAYERS = 4096   # a projection with more layers is an error
-# The smallest patch, as a share of the scene's extent. A triangle as large as the scene then has
-# 10^12 patches.
+# The smallest patch, as a share of the scene's extent.
 LEAST_PATCH = 1e-6
 LIFTED = 0.2         # offset of receiving points from their surface, in pixels of a projection
 NEARER = replace(LAYER, name="nearer")
@@ -59,11 +58,10 @@ class RayBundles:
     Attributes
     ----------
     triangles, parent : (m, 3, 3) the patches, and (m,) the scene's triangle of each patch
-    leaving : (m, 2, 3) the radiance that leaves the two sides of each patch after `solve`, first
-        the side of the normal; without emission if ``straight`` is "traced"
-    weights : (m, 2), a sum for each side: the cosine weights of the rays that met the side in the
-        last exchange of light. The sum approaches pi with many directions and pixels. It is 0 if
-        no ray met the side
+    leaving : (m, 2, 3) the radiance that leaves each patch after `solve`, on the side of its
+        normal and on the other side; without emission if ``straight`` is "traced"
+    weights : (m, 2) for each side, the sum of the cosine weights of the rays that met the side in
+        the last exchange of light. With many directions and pixels, the sum approaches pi
     layers : the largest number of layers of a projection so far; layer k shows the k-th surface
         from the front at each pixel
     """

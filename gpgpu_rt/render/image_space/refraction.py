@@ -31,7 +31,7 @@ class Refraction:
     ----------
     tracer : the tracer of the scene; it measures the mesh's thickness along the inward normals
     ior : refractive index inside the mesh divided by the index outside, from 0.1 to 10
-    smooth : whether to interpolate normals between triangles; otherwise, triangles are flat
+    smooth : whether to interpolate normals between triangles
     """
 
     def __init__(self, tracer: Tracer, ior: float = 1.5, smooth: bool = True) -> None:

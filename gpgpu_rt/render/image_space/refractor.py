@@ -20,8 +20,8 @@ OFFSET = 1e-4     # offset of rays that measure the inner thickness, as a share 
 
 
 class Refractor:
-    """Triangles of a scene in a buffer, with each corner's normal and the mesh's thickness from
-    the corner along the inward normal.
+    """Triangles of a scene in a buffer. For each corner, the buffer holds the normal and the
+    mesh's thickness along the inward normal.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class Refractor:
     rows : (k,) rows of the scene's triangles, or None for all
     closed : whether the triangles form a closed, consistently oriented mesh; else the thickness is
         0
-    smooth : whether to interpolate normals between triangles; otherwise, triangles are flat
+    smooth : whether to interpolate normals between triangles
 
     Attributes
     ----------
