@@ -1,6 +1,6 @@
 // The list of a leaf's references: `end` follows the last reference.
 //
-// A method defines LIST_LENGTH, the number of references of a leaf.
+// Node i is the leaf. A method defines LIST_LENGTH(i), the number of the leaf's references.
 
 void no_list(inout State state) {
     state.cursor = 0;

@@ -1,4 +1,4 @@
-// Phases of a ray. In phase k > 0 the ray waits for kernel k of its method: in phase DOWN, for `down`.
+// Phases of a ray. For example, a ray in phase DOWN waits for the kernel `down`. These phases end a ray:
 
 const int DONE = 0;
 const int UNFINISHED = -1;   // stopped by the step cap

@@ -21,6 +21,7 @@ vec2 pointer_to(float index) {
     return moved(FIRST, index);
 }
 
+// Return the pointer to element n * i, if p points to element i.
 vec2 multiplied(vec2 p, float n) {
     return moved(p * n, 0.0);
 }

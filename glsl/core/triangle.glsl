@@ -8,7 +8,7 @@
 #endif
 
 // Keep a hit if it precedes the nearest hit so far in the order of (t, index). With AFTER_HIT, a ray starts
-// at a hit: at t_min it accepts only triangles with a higher index. The papers' kernels compare only t.
+// at a hit; at t_min it accepts only triangles after that hit's triangle. The era form compares only t.
 void accept(Ray ray, float t, float u, float v, int index, inout Hit hit) {
 #ifdef AFTER_HIT
     bool ahead = t > ray.t_min || (t == ray.t_min && index > ray.after);

@@ -1,6 +1,6 @@
 // The list of a leaf's references in the era form with fp24. This file replaces core/list_counted.glsl. The
 // last reference has a mark, so a ray's state needs no field for the end of the list. An empty leaf points
-// to no reference.
+// to no reference. Node i is the leaf.
 
 void no_list(inout State state) {
     state.cursor = FIRST;

@@ -28,8 +28,6 @@ LEFT_OUT = {"drivers/tile_counts.frag"}
 # Under `loop`, these programs have a loop whose length depends on the rays.
 LOOPS = {"drivers/traverse.frag", "drivers/packet.frag"}
 ERA = "era"     # stands for the era form in a key (method, schedule)
-# The tables whose elements have numbers: a hit stores a triangle's number, and a node a leaf's.
-NUMBERED = ("triangle_0_table", "kd_leaf_0_table")
 SIZE = 8   # side of the image in pixels; programs do not depend on it
 
 
@@ -92,8 +90,8 @@ class EraSize:
     Attributes
     ----------
     texels : number of texels of the largest table
-    numbers : number of texels of the largest table whose elements have a number in one float even
-        with fp24: triangles, leaves with ropes, or the cells of a grid's slice
+    numbers : the largest number in one float, even with fp24: of triangles, of leaves with ropes,
+        or of the cells of a grid's slice
     """
 
     texels: int = 1
@@ -102,10 +100,9 @@ class EraSize:
 
 def era_size(tracer: Tracer) -> EraSize:
     """Return the size of the tables of a tracer with the option ``era``."""
-    texels = {name: texture.width * texture.height
-              for name, texture in tracer.session.tables.samplers().items()}
-    step = int(tracer.session.accelerator.uniforms.get("slice_step", 1))
-    return EraSize(max(texels.values()), max(step, *(texels.get(name, 1) for name in NUMBERED)))
+    textures = tracer.session.tables.samplers().values()
+    return EraSize(max(texture.width * texture.height for texture in textures),
+                   max(len(tracer.scene), tracer.session.accelerator.numbered))
 
 
 def era_sizes(names: Sequence[str] | None = None, scene_name: str = "cornell",

@@ -149,19 +149,19 @@ def era_programs(method: str, any_hit: bool = False, in_loop: bool = False,
     OptionError
         for a method without an era form
     """
-    form = TEXEL_CHIP if card in TEXEL_POINTERS and not in_loop else INDEX_CHIP
-    return _programs(method, any_hit, in_loop, form, tuple(sorted(options.items())))
+    chip = TEXEL_CHIP if card in TEXEL_POINTERS and not in_loop else INDEX_CHIP
+    return _programs(method, any_hit, in_loop, chip, tuple(sorted(options.items())))
 
 
 @functools.cache    # making a text is slow
-def _programs(method: str, any_hit: bool, in_loop: bool, form: str,
+def _programs(method: str, any_hit: bool, in_loop: bool, chip: str,
               options: tuple[tuple[str, Any], ...]) -> tuple[EraProgram, ...]:
     row = find_method(method)
     if in_loop and row.era_packets is not None:
         resolved = row.resolved(dict(options))
         return tuple(_program(method, kernel) for kernel in (
             *packet_kernels(row, resolved, any_hit), packet_loop(row, resolved, any_hit)))
-    resolved = row.resolved({**dict(options), "era": form})
+    resolved = row.resolved({**dict(options), "era": chip})
     defines = {name: value for name, value in DEFINES.items() if name not in row.defines(resolved)}
     kernels = era_kernels(row.formed(resolved), resolved, any_hit, defines, in_loop)
     return tuple(_program(method, kernel) for kernel in kernels)
@@ -212,9 +212,9 @@ def compiled_costs(card: str) -> CompiledCosts:
 
 
 def static_cost(card: str, method: str, kernel: str, any_hit: bool = False,
-                in_loop: bool = False, form: str = "", **options: Any) -> StaticCost:
+                in_loop: bool = False, as_on: str = "", **options: Any) -> StaticCost:
     """Return the cost of a method's kernel on a card, or on this card in the form for the chip
-    ``form`` (`era_programs`).
+    ``as_on`` (`era_programs`).
 
     Raises
     ------
@@ -223,7 +223,7 @@ def static_cost(card: str, method: str, kernel: str, any_hit: bool = False,
         compiled for this card
     """
     programs = {one.kernel: one
-                for one in era_programs(method, any_hit, in_loop, form or card, **options)}
+                for one in era_programs(method, any_hit, in_loop, as_on or card, **options)}
     if kernel not in programs:
         raise OptionError(f"method {method} has no kernel {kernel!r}"
                           + nearest_names(kernel, programs))

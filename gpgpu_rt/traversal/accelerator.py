@@ -42,6 +42,9 @@ class Accelerator:
         the state's field ``node``. `Tracer.updates` sends accelerators between processes, so use
         a method or `functools.partial`, which can be pickled, instead of a lambda.
     automatic : Option -> the value that the builder uses, for options that are None.
+    pointers : Names of uniforms that are pointers to a table's elements, given as indices.
+    numbered : Number of elements that a program numbers in one float even if pointers are columns
+        and rows (``glsl/core/pointer.glsl``). Triangles need not be counted.
     small_integers : Whether no integer of the tables is above 2^22 (``glsl/core/fetch.glsl``).
         `session.structure.Structure` sets this field when it writes the tables into textures.
     """
@@ -57,4 +60,6 @@ class Accelerator:
     kept: Any = None
     boxes: Callable[[], tuple[np.ndarray, np.ndarray]] | None = None
     automatic: Mapping[str, Any] = field(default_factory=dict)
+    pointers: tuple[str, ...] = ()
+    numbered: int = 0
     small_integers: bool = False

@@ -37,8 +37,6 @@ from .schedules import DRAWN, ProgramKey, Traversal, kernel_defines
 INIT = "init"     # the kernel that sets up the rays' states
 # In every method with an era form, only the kernel with this name changes hits.
 TESTS_TRIANGLES = "intersect"
-# Uniforms that are indices of elements. The host converts them to the chip's form of pointers.
-POINTERS = ("node_count", "triangle_count", "slice_step")
 
 
 @dataclass(frozen=True)
@@ -140,7 +138,7 @@ class EraDriver(MethodDriver):
             found.update(era_accessors.table_places(record, table.height))
         if self.method.has_texel_pointers(self.options["era"]):
             found.update((name, tuple(texels_of(np.asarray(found[name])).tolist()))
-                         for name in POINTERS if name in found)
+                         for name in self.accelerator.pointers)
         return found
 
     def generated(self, rays: RayTextures, statistics: Statistics) -> RayTextures:

@@ -14,11 +14,7 @@ import numpy as np
 
 from ..gl.record import Record
 from ..options import TEXEL_POINTERS
-from .method import Tables
 from .triangle_table import REFERENCE
-
-MARKED_REFERENCE = REFERENCE.extended("last:int")
-"""An entry of a marked list; ``last`` is 1 for the last entry."""
 
 
 def is_marked(options: Mapping[str, Any]) -> bool:
@@ -26,18 +22,10 @@ def is_marked(options: Mapping[str, Any]) -> bool:
     return options.get("era") in TEXEL_POINTERS
 
 
-def leaf_records(node: Record, options: Mapping[str, Any]) -> Tables:
-    """Return the records of a tree's nodes and of its references. With marked lists, nodes have no
-    field ``count``."""
-    if is_marked(options):
-        return node.without("count"), MARKED_REFERENCE
-    return node, REFERENCE
-
-
 def leaf_tables(node: Record, fields: Mapping[str, np.ndarray], link: str, leaf: np.ndarray,
                 references: np.ndarray, options: Mapping[str, Any]
                 ) -> dict[str, dict[str, np.ndarray]]:
-    """Return the tables for the records of `leaf_records`.
+    """Return the tables of a tree's nodes and of its references.
 
     Parameters
     ----------

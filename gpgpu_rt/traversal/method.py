@@ -17,6 +17,7 @@ from ..options import (
 from ..rays.records import HIT
 from .accelerator import Accelerator
 from .era_packet_form import EraPackets
+from .triangle_table import REFERENCE
 
 Tables = tuple[Record | PackedRecord, ...]
 SCHEDULES = ("kernels", "step", "loop")
@@ -226,6 +227,9 @@ class Method:
         records = tuple(record.apart() for record in records if isinstance(record, Record))
         if not self.has_texel_pointers(options["era"]):
             return records
+        if LEAF_LIST in self.parts:
+            records = tuple(record.extended("last:int") if record.name == REFERENCE.name
+                            else record.without("count") for record in records)
         return tuple(record.with_texel_pointers() for record in records)
 
     def formed(self, options: Mapping[str, Any]) -> Method:

@@ -11,7 +11,7 @@ from gpgpu_rt.gl.record import Record, texel_indices, texels_of
 from gpgpu_rt.gl.textures import TABLE_WIDTH
 from gpgpu_rt.methods import methods
 from gpgpu_rt.scene.loading import load_scene
-from gpgpu_rt.traversal.leaf_lists import MARKED_REFERENCE
+from gpgpu_rt.traversal.triangle_table import REFERENCE
 
 TEXELS = Record("leaf", "lo:vec3 escape:pointer | hi:vec3 first:pointer | count:int"
                 ).with_texel_pointers()
@@ -46,7 +46,7 @@ def test_fields_take_the_first_texel_with_room() -> None:
 @pytest.mark.parametrize("rows", [1, 3, 32, 1000, 4096])
 def test_fp24_distinguishes_all_texels_of_a_table(rows: int, rounding: str) -> None:
     """Rounded to fp24, the texture coordinates of a texel still lie in this texel."""
-    places = table_places(MARKED_REFERENCE.with_texel_pointers(), rows)
+    places = table_places(REFERENCE.with_texel_pointers(), rows)
 
     def rounded(values: object) -> np.ndarray:
         return FORMATS["fp24"].round(np.asarray(values, np.float32), rounding)

@@ -15,7 +15,7 @@ from ...traversal.triangle_table import TRIANGLE, box_uniforms, triangle_table
 def _prepare(triangles: np.ndarray, options: Mapping[str, Any]) -> Accelerator:
     return Accelerator(triangle_table(triangles),
                        {"triangle_count": len(triangles), **box_uniforms(triangles)},
-                       step_bound=len(triangles))
+                       step_bound=len(triangles), pointers=("triangle_count",))
 
 
 FAMILY = "no structure"

@@ -76,6 +76,7 @@ def _accelerator(bvh: Bvh, kept: _Kept, triangles: np.ndarray,
         step_bound=(len(bvh.escape) + len(bvh.order) + ends) * width * height, structure=bvh,
         defines=stack_defines(layout.stack_levels) if layout.stack_levels else {},
         stack_levels=layout.stack_levels, kept=kept, boxes=partial(layout.boxes, bvh),
+        pointers=("node_count",),
         automatic=automatic_values(options))
 
 

@@ -42,7 +42,8 @@ def _prepare(triangles: np.ndarray, options: Mapping[str, Any], proximity: bool)
     # A ray crosses each plane between cells at most once, and reads each list at most once.
     bound = int(grid.resolution.sum()) + len(references) + 3
     return Accelerator(tables, uniforms, bound, grid,
-                       automatic={"resolution": tuple(int(r) for r in grid.resolution)})
+                       automatic={"resolution": tuple(int(r) for r in grid.resolution)},
+                       pointers=("slice_step",), numbered=slice_step)
 
 
 def _slices(first: np.ndarray, resolution: np.ndarray, options: Mapping[str, Any]

@@ -10,10 +10,10 @@ import numpy as np
 from ...gl.record import Record
 from ...options import Option
 from ...traversal.era_packet_form import EraPackets
-from ...traversal.leaf_lists import is_marked, leaf_records, leaf_tables
+from ...traversal.leaf_lists import is_marked, leaf_tables
 from ...traversal.method import (
     CULLING, ENTRY_POINTS, LEAF_LIST, PACKET, SCHEDULES, TRIANGLE_TESTS, VERTEX_CULLING,
-    Accelerator, Method, Part, Stepwise, Tables, check_culling, stack_defines, with_entries
+    Accelerator, Method, Part, Stepwise, check_culling, stack_defines, with_entries
 )
 from ...traversal.packet_steps import PacketSteps
 from ...traversal.packets import PacketTraversal
@@ -133,7 +133,7 @@ def _prepare_ropes(triangles: np.ndarray, options: Mapping[str, Any]) -> Acceler
     for axis, letter in enumerate("xyz"):
         fields["rope_lo_" + letter] = ropes.rope_lo[:, axis]
         fields["rope_hi_" + letter] = ropes.rope_hi[:, axis]
-    prepared.tables[KD_LEAF.name] = fields
+    prepared.tables[KD_LEAF.name], prepared.numbered = fields, len(ropes.lo)
     return prepared
 
 
@@ -202,10 +202,6 @@ def _packet_row(name: str, summary: str, citation: str, single: str,
         packet=True, single=single, **more)
 
 
-def _tree_tables(options: Mapping[str, Any]) -> Tables:
-    return TRIANGLE, *leaf_records(KD_NODE, options)
-
-
 def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
          state: Record = KD_STATE, tables: tuple[Record, ...] = (),
          options: tuple[Option, ...] = (),
@@ -215,8 +211,7 @@ def _row(name: str, summary: str, citation: str, kernels: tuple[str, ...] = (),
         glsl=f"methods/kdtree/{name.replace('-', '_')}.glsl",
         kernels=("down", "intersect", *kernels),
         state=state, tables=(*_TABLES, *tables), prepare=prepare,
-        options=(*_OPTIONS, *options), parts=_PARTS, **{
-            "choose_tables": lambda options: (*_tree_tables(options), *tables), **more})
+        options=(*_OPTIONS, *options), parts=_PARTS, **more)
 
 
 def _short_stack(row: Method, options: Mapping[str, Any]) -> Method:
@@ -234,8 +229,8 @@ def _entering_row(name: str, summary: str, citation: str, state: Record = KD_STA
     """Return the row of a method with the option ``entry_points``."""
     return _row(name, summary, citation, state=state, options=(*options, ENTRY_POINTS),
                 prepare=_with_boxes(prepare), entry_walk="methods/kdtree/entry_kd.glsl",
-                choose_tables=lambda options: (*_tree_tables(options), *(
-                    (KD_BOUNDS,) if options.get("entry_points") else ())),
+                choose_tables=lambda options: (
+                    (*_TABLES, KD_BOUNDS) if options["entry_points"] else _TABLES),
                 **{"form": with_entries(KD_ENTERING), **more})
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...options import Option
 from ...traversal.accelerator import Accelerator
-from ...traversal.leaf_lists import leaf_records, leaf_tables
+from ...traversal.leaf_lists import leaf_tables
 from ...traversal.method import LEAF_LIST, Method, Part
 from ...traversal.triangle_table import REFERENCE, TRIANGLE, box_uniforms, triangle_table
 from ..bvh.build import node_limit
@@ -63,7 +63,6 @@ ROWS = (Method(
     kernels=("down", "intersect", "climb"),
     state=UNIT_STATE,
     tables=(TRIANGLE, UNIT_NODE, UNIT_BOUNDS, REFERENCE),
-    choose_tables=lambda options: (TRIANGLE, *leaf_records(UNIT_NODE, options), UNIT_BOUNDS),
     prepare=_prepare,
     options=(Option(
         "criterion", INTERVAL, "how a ray chooses a node's children: interval cuts its "
