@@ -11,6 +11,7 @@ from gpgpu_rt.gl.record import Record, texel_indices, texels_of
 from gpgpu_rt.gl.textures import TABLE_WIDTH
 from gpgpu_rt.methods import methods
 from gpgpu_rt.scene.loading import load_scene
+from gpgpu_rt.traversal.leaf_lists import leaf_tables
 from gpgpu_rt.traversal.triangle_table import REFERENCE
 
 TEXELS = Record("leaf", "lo:vec3 escape:pointer | hi:vec3 first:pointer | count:int"
@@ -40,6 +41,19 @@ def test_fields_take_the_first_texel_with_room() -> None:
     unpacked = TEXELS.unpack(packed)
     np.testing.assert_array_equal(unpacked["escape"], escape)
     np.testing.assert_array_equal(unpacked["first"], first)
+
+
+def test_a_marked_list_ends_at_its_mark() -> None:
+    """Of the nodes, 0 is inner, 1 is a leaf of two references, 2 is empty, 3 has one reference."""
+    node = Record("node", "left:pointer count:int")
+    fields = {"left": np.array([1, 0, 2, 2]), "count": np.array([3, 2, 0, 1])}
+    leaf, references = np.array([False, True, True, True]), np.array([7, 5, 9])
+    counted, marked = (leaf_tables(node, fields, "left", leaf, references, {"era": era})
+                       for era in (None, "r420"))
+    assert counted == {"node": fields, "reference": {"triangle": references}}
+    assert marked["node"].keys() == {"left"}
+    np.testing.assert_array_equal(marked["node"]["left"], [1, 0, -1, 2])
+    np.testing.assert_array_equal(marked["reference"]["last"], [0, 1, 1])
 
 
 @pytest.mark.parametrize("rounding", ROUNDINGS)
