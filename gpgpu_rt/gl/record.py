@@ -18,6 +18,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from ..errors import LimitError
+from .texel_channels import write_channels
 
 # Tables are 4096 texels wide, so addresses need shifts and masks, not divisions.
 TABLE_WIDTH_LOG2 = 12
@@ -234,11 +235,8 @@ class Record:
             raise ValueError(f"record {self.name} has no field {', '.join(sorted(unknown))}")
         count = len(next(iter(arrays.values())))
         check_count(self.name, count)
-        given = [field for field in self.fields if field.name in arrays]
-        filled = {(f.texel, f.channel + k) for f in given for k in range(f.width)}
-        for texel, channel in set(np.ndindex(self.texels, 4)) - filled:
-            if planes[texel] is not None:
-                planes[texel][:, channel] = 0
+        given = sorted((field for field in self.fields if field.name in arrays),
+                       key=lambda field: (field.texel, field.channel))
         for field in given:
             if planes[field.texel] is None:
                 continue
@@ -246,9 +244,11 @@ class Record:
             if field.is_integer and count and np.abs(values).max() > EXACT_INTEGER:
                 raise LimitError(f"{self.name}.{field.name} is past 2^24, the last integer a "
                                  "float texel holds exactly; take a smaller scene")
-            values = field.channels(values)
-            for k in range(field.width):    # by channel: numpy is slow along short axes
-                planes[field.texel][:, field.channel + k] = values[:, k]
+            write_channels(planes[field.texel], field.channel, field.channels(values))
+        filled = {(f.texel, f.channel + k) for f in given for k in range(f.width)}
+        for texel, channel in set(np.ndindex(self.texels, 4)) - filled:
+            if planes[texel] is not None:
+                planes[texel][:, channel] = 0
 
     def unpack(self, texels: np.ndarray) -> dict[str, np.ndarray]:
         """Return arrays by field name, (...) or (..., width), from texels, (..., texels, 4): the

@@ -8,8 +8,10 @@ from numbers import Integral
 import numpy as np
 
 from ..gl.precision import Precision
+from ..gl.texel_channels import whole_texels
 from ..hits import INVALID, Hits
 from ..numerics.error_bounds import FLOAT32
+from ..numerics.powers_of_two import exponents_of, scaled
 from ..threads import cores, threads
 from .far_origins import approach
 from .order import RayOrder
@@ -168,7 +170,7 @@ class RayBatch:
         with np.errstate(over="ignore"):
             if self._shift is not None:
                 t = (t + self._shift[rays]).astype(np.float32)
-            return t if self._exponents is None else np.ldexp(t, -self._exponents[rays])
+            return t if self._exponents is None else scaled(t, -self._exponents[rays])
 
     def put_in_order(self, bounds: tuple[np.ndarray, np.ndarray],
                      precision: Precision = Precision()) -> None:
@@ -224,26 +226,24 @@ def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarr
 
     If all rays share a start, the plane of origins is not written.
     """
-    size, bad = _size(directions), np.zeros(len(origins), bool)
-    ill = np.empty(0, np.intp)
+    size, ill = _size(directions), np.empty(0, np.intp)
     alike = _alike(origins)
     if not (size.min() > 0 and size.max() < np.inf
             and np.isfinite(origins[:1] if alike else origins).all()
             and _numbers(t_min) and _numbers(t_max)):
-        well = np.isfinite(size) & (size > 0) & ~np.isnan(t_min) & ~np.isnan(t_max)
+        well = (size > 0) & (size < np.inf)
+        for end in (t_min, t_max):
+            if not _numbers(end):
+                well &= ~np.isnan(end)
         for along in origins.T:
             well &= np.isfinite(along)
         bad = ~well
         np.copyto(size, 0.5, where=bad)
         ill, alike = np.flatnonzero(bad), False
-        # Replace infinite origins by NaN, which `approach` does not move.
-        if np.isinf(origins.take(ill, axis=0)).any():
-            origins = origins.copy()
-            origins[ill] = np.nan
     exponents, shift = _exponents(size), None
     with np.errstate(over="ignore", invalid="ignore"):
         if exponents is not None:
-            directions = np.ldexp(directions, -exponents[:, None])
+            directions = scaled(directions, -exponents)
         t_min = _normal(t_min, exponents, FLOAT32.tiny, 0.0)
         t_max = _normal(t_max, exponents, 0.0, -FLOAT32.tiny)
         near = alike and bounds is not None and approach(
@@ -258,18 +258,13 @@ def _lay_out(planes: list[np.ndarray], origins: np.ndarray, directions: np.ndarr
         into = planes if start is None else [None, *planes[1:]]
         RAY_TEXELS.pack_into(into, origin=origins, direction=directions, t_min=t_min, t_max=t_max)
     for plane, texel in zip(planes, NO_RAY) if len(ill) else ():
-        np.copyto(_items(plane), _items(texel), where=bad)
+        np.copyto(whole_texels(plane), whole_texels(texel), where=bad)
     return ill, exponents, shift, start
 
 
 def _put(planes: list[np.ndarray], at: slice | np.ndarray, texels: np.ndarray) -> None:
     for plane, texel in zip(planes, texels):
         plane[at] = texel
-
-
-def _items(texels: np.ndarray) -> np.ndarray:
-    """Return (..., 4) float32 texels as (...) items of 16 bytes, which numpy copies faster."""
-    return texels.view(np.complex128)[..., 0]
 
 
 def _alike(values: np.ndarray) -> bool:
@@ -303,12 +298,13 @@ def _normal(t: np.ndarray, exponents: np.ndarray | None, above: float, below: fl
 
     A renderer may flush denormals: ``above`` replaces positive, ``below`` negative denormals.
     """
-    given = t if t.strides[0] else t[:1]
-    scaled = given if exponents is None else np.ldexp(given, exponents)
-    tiny = (np.abs(scaled) < FLOAT32.tiny) & (given != 0)
+    given = ends = t if t.strides[0] else t[:1]
+    if exponents is not None and (given is t or given[0] not in (0, np.inf)):
+        ends = scaled(given, exponents)
+    tiny = (np.abs(ends) < FLOAT32.tiny) & (given != 0)
     if tiny.any():
-        scaled = np.where(tiny, np.where(given > 0, above, below), scaled).astype(np.float32)
-    return scaled if len(scaled) == len(t) else np.broadcast_to(scaled, len(t))
+        ends = np.where(tiny, np.where(given > 0, above, below), ends).astype(np.float32)
+    return ends if len(ends) == len(t) else np.broadcast_to(ends, len(t))
 
 
 def _numbers(values: np.ndarray) -> bool:
@@ -328,7 +324,7 @@ def _exponents(size: np.ndarray) -> np.ndarray | None:
     """Return exponents e, (n,) int, with size / 2^e in [0.5, 1); None if all exponents are 0."""
     if not len(size) or (size.min() >= 0.5 and size.max() < 1):
         return None
-    return np.frexp(size)[1]
+    return exponents_of(size)
 
 
 def hits_of(fields: Mapping[str, np.ndarray]) -> Hits:

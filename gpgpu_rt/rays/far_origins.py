@@ -15,7 +15,7 @@ import numpy as np
 # distance NEAR before the ray's point closest to the centre. No origin moves backward.
 FAR = 4.0
 NEAR = 2.0
-ABREAST = 128       # points per row in `by_axis`; numpy reduces long rows faster
+ABREAST = 512       # points per row in `by_axis`; numpy reduces long rows faster
 
 
 def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
@@ -24,8 +24,8 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
 
     Parameters
     ----------
-    origins, directions : (n, 3) float32, world units; directions of length near 1. A ray with a
-        NaN may get any origin and distance, and does not affect the other rays
+    origins, directions : (n, 3) float32, world units; directions of length near 1. A ray
+        whose origin or direction is not finite does not affect the other rays
     lo, hi : (3,), the scene's bounds
 
     Returns
@@ -37,7 +37,8 @@ def approach(origins: np.ndarray, directions: np.ndarray, lo: np.ndarray,
     if not len(origins) or _near(origins, centre, radius):
         return origins, None
     offset = centre - origins.astype(np.float64)
-    far = np.flatnonzero((offset ** 2).sum(axis=1) > (FAR * radius) ** 2)
+    distance = (offset ** 2).sum(axis=1)
+    far = np.flatnonzero((distance > (FAR * radius) ** 2) & (distance < np.inf))
     if not len(far):
         return origins, None
     shift = np.zeros(len(origins))

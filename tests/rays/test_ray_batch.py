@@ -124,9 +124,11 @@ def test_a_start_is_laid_out_where_it_is_asked_for(blocks, fault: str | None) ->
     assert np.array_equal(found.given_fields()["origin"], expected[:, 0, :3])
 
 
+@pytest.mark.parametrize("fault", [np.nan, np.inf])
 @pytest.mark.parametrize("share", [0.01, 0.5, 1.0])
 @pytest.mark.parametrize("seed", [6, 7], ids="seed{}".format)
-def test_invalid_rays_leave_the_others_alone(blocks, share: float, seed: int) -> None:
+def test_invalid_rays_leave_the_others_alone(blocks, seed: int, share: float, fault: float
+                                             ) -> None:
     """Valid rays keep their texels if other rays are invalid. Some rays start far away, and some
     have directions of unusual lengths."""
     rng = np.random.default_rng(seed)
@@ -136,8 +138,8 @@ def test_invalid_rays_leave_the_others_alone(blocks, share: float, seed: int) ->
     bad = rng.random(1000) < share
     names = rng.integers(3, size=1000)
     ill = origins.copy(), directions.copy(), t_max.copy()
-    for kind, array in enumerate(ill):
-        array[bad & (names == kind)] = np.nan
+    for kind, (array, value) in enumerate(zip(ill, (fault, fault, np.nan))):
+        array[bad & (names == kind)] = value
     found = RayBatch(ill[0], ill[1], 0.0, ill[2], bounds=BOUNDS, invalid="miss")
     well = RayBatch(origins, directions, 0.0, t_max, bounds=BOUNDS)
     assert found.invalid.tolist() == np.flatnonzero(bad).tolist()
