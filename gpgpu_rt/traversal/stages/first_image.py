@@ -38,7 +38,7 @@ class FirstImage:
         width, height = size = buffers.size
         self.candidates = make_texture(gpu, size, 1, "candidates")
         self.doubt = gpu.context.texture(size, 1)
-        self._depths = make_texture(gpu, size, 2, "what pixels show")
+        self._depths = make_texture(gpu, size, 2, "depths and triangles")
         self.shown = Target(gpu, SHOWN, size, borrowed={SHOWN.name: [self._depths]})
         self.fours = Target(gpu, SHOWN_FOUR, (-(-width // 4), height))
         self.blocks = Target(gpu, SHOWN_BLOCK, (-(-width // BLOCK), -(-height // BLOCK)))
@@ -66,8 +66,8 @@ def cut(rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
     """Return the (k, 3) fields of the record PART for each triangle of ``rows`` and each part of
     the triangle's rectangle: the triangle's row, and the first pixel (x, y) of the part.
 
-    A rectangle goes from the part ``first`` to the part ``last``. The part in column x and row y
-    has the number x + 1024 y.
+    ``first`` and ``last`` are the numbers of the first and the last part of each rectangle. The
+    part in column x and row y has the number x + 1024 y.
     """
     across = last % 1024 - first % 1024 + 1
     owner = np.repeat(np.arange(len(rows)), across * (last // 1024 - first // 1024 + 1))
