@@ -53,7 +53,7 @@ class Statistics:
     driver : Counts by name that the method's driver adds; `schedules.Traversal` adds none.
     counters : Means of the counters over all rays, with statistics=True.
     first_hits : Numbers for a picture with rasterised first hits. ``drawn``: rasterised triangles.
-        ``rivals``: triangles that a ray may hit before the rasterised triangle of its pixel; a
+        ``rivals``: triangles that a ray hits before the rasterised triangle of its pixel; a
         large triangle counts once for each part of the image in which it is a rival. ``retraced``:
         eye rays that the method traced, because they miss the rasterised triangle of their pixel,
         or because their pixel has a rival. ``retraced_share``: the share of retraced rays.

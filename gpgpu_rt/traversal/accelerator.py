@@ -1,4 +1,4 @@
-"""Accelerator: the arrays over a scene's triangles that a method's programs read."""
+"""Accelerator: the structure over a scene's triangles, as a method's programs read it."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping

@@ -11,9 +11,8 @@ from ...rays.records import HIT
 from ...rays.textures import StateBuffers
 from .records import SHOWN, SHOWN_BLOCK, SHOWN_FOUR
 
-# Side of a square in pixels. A triangle is a rival if a ray may hit it before the triangle that
-# the ray's pixel shows. For each triangle, the search for rivals skips a square that hides the
-# triangle, or that shows only this triangle.
+# Side of a square in pixels. For each triangle T, the search for rivals (first_hits.py) skips a
+# square that hides T, or that shows only T.
 BLOCK = 8
 # Side in pixels of the parts into which the search cuts the rectangle of a large triangle.
 PART_SIDE = 32
