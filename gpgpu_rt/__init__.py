@@ -13,12 +13,12 @@ fragment programs find the hits of rays. All methods find the same hits, at diff
         print(tracer.statistics)                # passes, seconds, nodes per ray
         tracer.render(size=(512, 512)).save("bunny.png")        # a Pillow image
 
-Where to read on:
+Further reading:
 
 - ``rt.methods()`` lists the methods; ``gpgpu-rt methods NAME`` prints the options of a method.
 - ``help(rt.Tracer)`` describes tracing, pictures and moving triangles, and lists the options of
   all methods. ``help(rt.Hits)`` describes the result.
-- ``rt.reference.trace`` finds the same hits in float64, by brute force.
+- ``rt.reference.trace`` finds the nearest hits in float64, by brute force.
 - ``rt.load_animation`` loads a scene that moves; ``rt.Scene``, ``rt.Material`` and ``rt.Camera``
   make a scene of your own.
 - A wrong scene, method, option or setting raises an ``rt.Error``, and wrong ray arrays raise a

@@ -88,8 +88,8 @@ def _not_raised(problem: sys.UnraisableHookArgs) -> None:
 def deferred() -> Iterator[None]:
     """Return a context that postpones an interrupt to the end of the context.
 
-    Use it around native code that calls Python code and cannot handle an exception, such as
-    moderngl's compiler, where an exception causes a segmentation fault.
+    Use the context around native code that calls Python code and cannot handle an exception, such
+    as moderngl's compiler, where an exception causes a segmentation fault.
     """
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before):

@@ -18,7 +18,7 @@ class Statistics:
     ----------
     rays : Number of rays in the call.
     method : Name of the method that traced.
-    choice : The kind of rays for which the tracer has this method, "coherent" or "incoherent"; ""
+    choice : The kind of rays for which the tracer uses this method, "coherent" or "incoherent"; ""
         for a tracer with a single method.
     passes : Traversal passes, including the set-up pass.
     draw_calls : Draw calls, including passes that mask or count rays.
@@ -50,10 +50,10 @@ class Statistics:
     sort_seconds : The part of ``trace_seconds`` that sorts rays and puts hits back into the
         caller's order.
     upload_seconds, readback_seconds : Time to copy arrays to textures, and textures to arrays.
-    driver : Counts by name that the method's driver adds; the common driver adds none.
+    driver : Counts by name that the method's driver adds; `schedules.Traversal` adds none.
     counters : Means of the counters over all rays, with statistics=True.
     first_hits : Numbers for a picture with rasterised first hits. ``drawn``: rasterised triangles.
-        ``rivals``: triangles that a ray may hit before the rasterised triangle of its pixel; a
+        ``rivals``: triangles that a ray hits before the rasterised triangle of its pixel; a
         large triangle counts once for each part of the image in which it is a rival. ``retraced``:
         eye rays that the method traced, because they miss the rasterised triangle of their pixel,
         or because their pixel has a rival. ``retraced_share``: the share of retraced rays.

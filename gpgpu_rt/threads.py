@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import Any
 
 WORTH = 10_000      # smallest number of triangles or rays that is shared among threads
-MOST = 8            # largest number of threads; more would idle, as work has few parts
+MOST = 8            # largest number of threads; more would idle, because work has few parts
 
 Run = Callable[..., Iterable[Any]]    # `map`, or the `map` of a thread pool
 

@@ -45,9 +45,9 @@ class Tracer:
     ----------
     scene : Scene, trimesh.Trimesh, a scene's name or a mesh file
     method : a name from ``methods()``, "auto", or ``Choices``: a method for coherent rays and a
-        method for incoherent rays. The second accelerator is built when it is first needed. After
-        a call, ``statistics.choice``, ``method`` and ``options`` describe the used method. "auto"
-        uses `tune`'s ``Choices`` for this scene and renderer, or else a safe default
+        method for incoherent rays. The second accelerator is built when it is first needed.
+        ``statistics.choice``, ``method`` and ``options`` describe the method of the last call.
+        "auto" uses `tune`'s ``Choices`` for this scene and renderer, or else a safe default
     options : the options below, and the options that ``gpgpu-rt methods NAME`` prints for a method
 
     Raises
@@ -134,7 +134,7 @@ class Tracer:
 
     @property
     def precision(self) -> Precision:
-        """How textures store numbers."""
+        """The number formats of textures and of arithmetic, and their rounding."""
         return self.session.structure.precision
 
     @property
@@ -144,7 +144,7 @@ class Tracer:
 
     @property
     def accelerator(self) -> Accelerator:
-        """The arrays of the structure."""
+        """The tables, uniforms and defines that the method's programs read."""
         return self.session.accelerator
 
     @property

@@ -18,7 +18,7 @@ FOLDERS = ("/usr/lib/chromium", "/usr/lib/chromium-browser", "/opt/google/chrome
 LIBRARIES = ("libGLESv2.so", "libEGL.so")    # libEGL.so loads libGLESv2.so
 HINT = ("set GPGPU_RT_ANGLE to a folder with ANGLE's libEGL.so, libGLESv2.so and "
         "libvk_swiftshader.so")
-# ANGLE has one more render target, in which FragmentCounter counts fragments. A program that draws
+# FragmentCounter counts fragments in the last of ANGLE's 8 render targets. A program that draws
 # into all 8 targets still runs, but FragmentCounter then counts all pixels of the viewport.
 MOST_TARGETS = TARGETS - 1
 ES_VERSION = 310
@@ -97,7 +97,7 @@ class AngleLoader:
         have = get(GL_EXTENSIONS).decode().split()
         missing = [name for name in EXTENSIONS if name not in have]
         if missing:
-            raise ContextError(f"ANGLE in {self.folder} has no {', '.join(missing)}; take the "
+            raise ContextError(f"ANGLE in {self.folder} has no {', '.join(missing)}; use the "
                                "libraries of a newer Chromium")
 
     def _address(self, name: str) -> int:

@@ -1,8 +1,9 @@
-"""Programs for ANGLE: `es_text` translates a program's text, and this module makes four changes.
+"""Programs for ANGLE: `es_text` translates a program's text, and this module makes five changes.
 
 A fragment program writes 1 to the render target in which ``FragmentCounter`` counts fragments,
-unless the program uses this target itself. Points get the size 1, because ES leaves their size
-undefined. `without_do` rewrites loops, because SwiftShader compiles some loops wrongly.
+unless the program uses this target itself. An output without a location gets location 0, because
+ES requires locations if a program has several outputs. Points get the size 1, because ES leaves
+their size undefined. `without_do` rewrites loops, because SwiftShader compiles some loops wrongly.
 `without_branches` rewrites selections (?:, &&, ||), because SwiftShader compiles branches slowly.
 """
 from __future__ import annotations

@@ -91,7 +91,7 @@ class Gpu:
             raise ContextError(f"OpenGL 3.3 is needed, {context.info['GL_RENDERER']} offers "
                                f"{context.version_code / 100:.1f}; update the driver")
         self.context = context
-        context.extra = self    # so that a texture leads to its Gpu
+        context.extra = self    # so that code can find the Gpu of a texture
         self.backend = backend
         self.renderer: str = context.info["GL_RENDERER"]
         self.version: str = context.info["GL_VERSION"].removeprefix("OpenGL ")
@@ -163,7 +163,7 @@ class Gpu:
         """Raise LimitError for a texture that is too large. GL would fail silently."""
         limit = self.max_texture_size
         if width > limit or height > limit:
-            raise LimitError(f"{what} needs a {width} x {height} texture, {self.renderer} holds "
+            raise LimitError(f"{what} needs a {width} x {height} texture, {self.renderer} allows "
                              f"{limit} x {limit}; trace fewer rays at a time or a smaller scene")
 
     def check_error(self, what: str) -> None:
@@ -194,7 +194,8 @@ class Gpu:
 def _create_egl() -> Gpu:
     device = os.environ.get("GPGPU_RT_EGL_DEVICE")
     if device is not None and not device.isdigit():
-        raise OptionError(f"GPGPU_RT_EGL_DEVICE is {device!r}, it takes a device index: 0, 1, ...")
+        raise OptionError(f"GPGPU_RT_EGL_DEVICE is {device!r}; set it to a device index: "
+                          "0, 1, ...")
     settings = {} if device is None else {"device_index": int(device)}
     try:
         context = moderngl.create_context(standalone=True, backend="egl", require=GL_VERSION,

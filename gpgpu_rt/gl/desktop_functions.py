@@ -20,7 +20,7 @@ NO_CAPABILITIES = (0x8642, 0x884F, 0x8F9D, 0x809D)
 GL_POINT_SIZE_RANGE, GL_ALIASED_POINT_SIZE_RANGE = 0x0B12, 0x846D
 # ES never clamps floats that are read from a float framebuffer.
 WITHOUT_EFFECT = ("glClampColor",)
-# moderngl can do without these functions.
+# moderngl works without these functions.
 MAY_BE_MISSING = ("glPrimitiveRestartIndex",)
 GL_NO_ERROR, GL_INVALID_OPERATION = 0, 0x0502
 UINT, INT, POINTER, FLOAT, DOUBLE = (
@@ -28,7 +28,7 @@ UINT, INT, POINTER, FLOAT, DOUBLE = (
 
 
 class DesktopFunctions:
-    """Returns addresses of OpenGL functions. The caller keeps the object as long as the context.
+    """Returns addresses of OpenGL functions. The object must live as long as the context.
 
     A stub replaces a function that ES lacks. The stub sets the error GL_INVALID_OPERATION, or does
     nothing for `WITHOUT_EFFECT`. An exception in this class sets GL_INVALID_OPERATION, too.

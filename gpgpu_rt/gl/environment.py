@@ -53,7 +53,7 @@ def environment(gpu: Gpu | None = None) -> RunEnvironment:
 
 
 def run_facts(gpu: Gpu, command: str) -> dict[str, Any]:
-    """Return what the JSON of a measurement says about its run.
+    """Return the entries of a measurement's JSON that describe its run.
 
     Parameters
     ----------

@@ -54,7 +54,7 @@ def table_places(record: Record, rows: int) -> dict[str, tuple[float, float]]:
                 f"{record.name}_start": (column / 2, row / 2)}
     if rows > MOST_ROWS:
         raise LimitError(f"a {record.name} table of {rows} rows: the era form addresses at most "
-                         f"{MOST_ROWS} rows; take a smaller scene")
+                         f"{MOST_ROWS} rows; use a smaller scene")
     column, row = 1 / TABLE_WIDTH, 1 / (TABLE_WIDTH * rows)
     return {f"{record.name}_step": (column, row), f"{record.name}_start": (column / 2, row / 2)}
 

@@ -44,8 +44,9 @@ class FragmentPass:
         self.program = compile_program(gpu, fragment, defines, virtual, vertex)
         self.texts = gpu.text_of(self.program)
         self.uniforms: dict[str, object] = {}
-        # Passes share programs. A program's ``extra`` is the mark of the pass whose uniforms the
-        # program has. If ``extra`` were the pass itself, the program would keep the pass alive.
+        # Passes share programs. A program's ``extra`` is the mark of the pass that last set the
+        # program's uniforms. If ``extra`` were the pass itself, the program would keep the pass
+        # alive.
         self._mark = object()
         self.samplers = tuple(name for name in self.program if getattr(
             self.program[name], "gl_type", None) in GL_SAMPLERS)
@@ -62,7 +63,7 @@ class FragmentPass:
 
     def covered(self, size: tuple[int, int]) -> np.ndarray | None:
         """Return the texels (x, y) that the last draw covered before the depth test, (n, 2) int;
-        None if the pass cannot tell. ``size`` is the target's (width, height)."""
+        None if they are not known. ``size`` is the target's (width, height)."""
         return None
 
     def issue(self, geometry: moderngl.VertexArray, target: Drawable,

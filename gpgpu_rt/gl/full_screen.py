@@ -66,7 +66,7 @@ class FullScreenPass(FragmentPass):
     def draw(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
              depth: float = 0.0, rectangles: Rectangles | None = None,
              unit: int = 1) -> None:
-        """Run on the texels of ``target`` that pass the depth test.
+        """Run the program on the texels of ``target`` that pass the depth test.
 
         Parameters
         ----------
@@ -96,7 +96,7 @@ class FullScreenPass(FragmentPass):
     def count(self, target: Drawable, textures: Mapping[str, moderngl.Texture],
               statistics: Statistics, depth: float = 0.0,
               rectangles: Rectangles | None = None) -> int:
-        """Draw, and return the number of drawn texels that an occlusion query counts."""
+        """Draw within an occlusion query, and return the number of drawn texels."""
         query = self.gpu.query()
         with query:
             self.draw(target, textures, depth, rectangles)

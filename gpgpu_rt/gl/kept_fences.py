@@ -1,10 +1,10 @@
 """Kept fences: works around a use-after-free fault in Mesa's llvmpipe.
 
 In llvmpipe, the passes into a framebuffer form a scene, and every scene has a fence. Each drawing
-thread locks the fence, counts itself, wakes the waiting threads and unlocks the fence. The thread
-that issues draws looks only at the count (``lp_fence_signalled``). So this thread may free the
-fence of an earlier scene while a drawing thread must still unlock the fence. The drawing thread
-then writes into freed memory. Mesa 22.3 has this fault, and Mesa 25.0 has the same lines.
+thread locks the fence, increments the fence's count, wakes the waiting threads and unlocks the
+fence. The thread that issues draws reads only the count (``lp_fence_signalled``). So this thread
+may free the fence of an earlier scene before a drawing thread unlocks the fence. The drawing
+thread then writes into freed memory. Mesa 22.3 has this fault, and Mesa 25.0 has the same code.
 """
 from __future__ import annotations
 

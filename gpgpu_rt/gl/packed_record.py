@@ -56,8 +56,8 @@ class PackedRecord:
         for name, channel, shift, bits in self.fields:
             values = np.asarray(arrays[name]).astype(np.int64)
             if len(values) and (values.min() < 0 or values.max() >= 1 << bits):
-                raise LimitError(f"{self.name}.{name} does not fit its {bits} bits; take a "
-                                 "smaller scene, or no quantised nodes")
+                raise LimitError(f"{self.name}.{name} does not fit its {bits} bits; use a "
+                                 "smaller scene, or leave quantise_nodes out")
             packed[:, channel] |= (values << shift).astype(np.uint32)
         return packed.reshape(len(packed), self.texels, self.channels // self.texels)
 

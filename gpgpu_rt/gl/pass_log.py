@@ -28,7 +28,7 @@ class PassWork:
     name : the kernel or the file of the program
     texts : the (vertex, fragment) shader texts
     draws, fragments : number of draws and of fragments
-    streams_read : bytes that fragments read from streams (textures that are no tables), on the
+    streams_read : bytes that fragments read from streams (textures other than tables), on the
         assumption that each fragment reads one texel of each texture
     tables : names of the sampled tables. ``gpgpu_rt.hardware`` counts the fetches
     texel_bytes : sampler -> bytes of a texel of the sampled texture

@@ -4,7 +4,7 @@
 ``arithmetic`` is the format to which each result of a kernel is rounded. Indices stay exact.
 ``glsl/core/precision.glsl`` rounds to the same bits.
 
-fp16 is s10e5 with denormals, as in OpenEXR and NV30. fp24 is ATI's s16e7 of R300 to R500, without
+fp16 is s10e5 with denormals, as in OpenEXR and NV30. fp24 is ATI's s16e7 of R300 and R420, without
 denormals, emulated in float32. The option ``rounding`` exists because no source states for certain
 how this hardware rounded. A finite value above the largest number becomes the largest number, so
 rounding never makes a finite ``t_max`` infinite.

@@ -27,7 +27,7 @@ SMALL_INTEGER = 1 << 22   # core/fetch.glsl converts integers up to this number 
 FIELD_TYPES = {"float": 1, "int": 1, "vec2": 2, "vec3": 3, "vec4": 4, "ivec3": 3, "ivec4": 4,
                "pointer": 1}    # type -> number of channels
 FLOATS = {"int": "float", "ivec3": "vec3", "ivec4": "vec4"}    # GLSL type -> type of floats
-TEXEL = "texel"    # the type of a pointer as a column and a row (`Record.with_texel_pointers`)
+TEXEL = "texel"    # a pointer that is a column and a row (`Record.with_texel_pointers`)
 
 
 @dataclass(frozen=True)
@@ -150,8 +150,8 @@ class Record:
         return replace(self, is_apart=True)
 
     def with_texel_pointers(self) -> Record:
-        """Return this record with pointers of two channels, a column and a row. Fields are placed
-        in the first texel that has room."""
+        """Return this record with pointers of two channels, a column and a row. Each field is
+        placed in the first texel with enough free channels."""
         texels: list[list[Field]] = []
         for field in self.fields:
             wide = replace(field, type=TEXEL) if field.type == "pointer" else field
@@ -243,7 +243,7 @@ class Record:
             values = np.asarray(arrays[field.name])
             if field.is_integer and count and np.abs(values).max() > EXACT_INTEGER:
                 raise LimitError(f"{self.name}.{field.name} is past 2^24, the last integer a "
-                                 "float texel holds exactly; take a smaller scene")
+                                 "float texel holds exactly; use a smaller scene")
             write_channels(planes[field.texel], field.channel, field.channels(values))
         filled = {(f.texel, f.channel + k) for f in given for k in range(f.width)}
         for texel, channel in set(np.ndindex(self.texels, 4)) - filled:
@@ -278,8 +278,8 @@ class Record:
         """Return the GLSL struct and load function of a stream record.
 
         ``writes`` adds the store function, which rounds to ``storage`` and writes to the render
-        targets from ``first_target`` on. Without ``reads``, the record stays in registers and has
-        no load function. Instead, it gets a function that rounds a record to ``storage``.
+        targets from ``first_target`` on. Without ``reads``, the record stays in registers. A
+        function that rounds a record to ``storage`` then replaces the load function.
         """
         name, struct = self.name, self.name.capitalize()
         lines = ['#include "core/texel.glsl"']
@@ -348,12 +348,12 @@ def check_count(name: str, count: int) -> None:
     """Raise LimitError for more records than a float texel can index."""
     if count > EXACT_INTEGER:
         raise LimitError(f"{count} {name} records are past 2^24, the last index a float texel "
-                         "holds exactly; take a smaller scene or a coarser build")
+                         "holds exactly; use a smaller scene or a coarser build")
 
 
 def texels_of(indices: np.ndarray) -> np.ndarray:
-    """Return pointers as columns and rows, (..., 2), from indices (...). An index below 0 becomes
-    the column."""
+    """Return pointers as columns and rows, (..., 2), from indices (...). A negative index becomes
+    the column, and the row is 0."""
     row = np.maximum(indices, 0) >> TABLE_WIDTH_LOG2
     return np.stack([indices - (row << TABLE_WIDTH_LOG2), row], axis=-1)
 

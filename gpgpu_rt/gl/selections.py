@@ -9,7 +9,7 @@ plain names, so a call makes no branch.
 A selection (one of these expressions) is rewritten only if computing both of its values is always
 harmless. Such values assign nothing, call no function with an effect or a loop, and read no array
 outside its bounds. Only a function's parameter counts as an index inside the bounds. Programs pass
-only numbers of rays or axes as such parameters, and these numbers lie inside the array.
+only indices of rays or axes as such parameters, and these indices lie inside the array.
 """
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 _VALUES = ("float", "int", "uint", "bool")
 TYPES = (*_VALUES, *(f"{kind}vec{size}" for kind in ("", "i", "u", "b") for size in (2, 3, 4)))
-# In one line, so that the program's other lines keep their numbers.
+# FUNCTIONS is one line, so that the program's other lines keep their numbers.
 FUNCTIONS = " ".join(
     [f"{kind} picked_value(bool a, {kind} b, {kind} c) {{ return a ? b : c; }}" for kind in TYPES]
     + ["bool both_hold(bool a, bool b) { return a && b; }",

@@ -217,11 +217,11 @@ def compilations(gpu: Gpu) -> Iterator[list[Compilation]]:
 
 
 def _let_go(gpu: Gpu) -> None:
-    """Make room for a program: release unused programs, the least recently requested first."""
+    """Release unused programs, the least recently requested first, to add another program."""
     for key in list(gpu.programs):
         if len(gpu.programs) < MOST_PROGRAMS:
             return
-        if sys.getrefcount(gpu.programs[key]) == 2:    # only the table and this call hold it
+        if sys.getrefcount(gpu.programs[key]) == 2:    # only the table and this call refer to it
             gpu.programs.pop(key).release()
 
 

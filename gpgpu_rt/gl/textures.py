@@ -1,4 +1,4 @@
-"""Textures: make textures for tables and render targets, write them and read them back."""
+"""Textures: makes, writes and reads back the textures of tables and render targets."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
@@ -133,8 +133,8 @@ def stream_textures(gpu: Gpu, record: Record, size: tuple[int, int]) -> list[mod
     """Return a texture for each texel of a stream's record; ``size`` is (width, height).
 
     On ANGLE, float textures replace half float textures, because SwiftShader draws an infinity
-    into a half float texture as NaN. Programs round what they store, so finite numbers are the
-    same. The textures take twice the bytes.
+    into a half float texture as NaN. Programs round the values that they store, so finite
+    values are the same. The textures need twice the bytes.
     """
     return [make_texture(gpu, size, 4, f"a {record.name} texture of {size[0] * size[1]:,} rays",
                          dtype="f4" if gpu.is_es else record.plane_of(texel).dtype)

@@ -1,4 +1,4 @@
-"""Accelerator: the arrays over a scene's triangles that a method's programs read."""
+"""Accelerator: the structure over a scene's triangles, as a method's programs read it."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -43,9 +43,9 @@ class Accelerator:
         a method or `functools.partial`, which can be pickled, instead of a lambda.
     automatic : Option -> the value that the builder uses, for options that are None.
     pointers : Names of uniforms that are pointers to a table's elements, given as indices.
-    numbered : Number of elements that a program numbers in one float even if pointers are columns
-        and rows (``glsl/core/pointer.glsl``). Triangles need not be counted.
-    small_integers : Whether no integer of the tables is above 2^22 (``glsl/core/fetch.glsl``).
+    numbered : Number of elements, such as leaves, that a program numbers in one float even if
+        pointers are columns and rows (``glsl/core/pointer.glsl``). Do not include triangles.
+    small_integers : Whether all integers in tables are at most 2^22 (``glsl/core/fetch.glsl``).
         `session.structure.Structure` sets this field when it writes the tables into textures.
     """
 

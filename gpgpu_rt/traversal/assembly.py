@@ -16,7 +16,7 @@ from .stages.sorted_rays import SortedRays
 
 
 def make_driver(setup: Setup) -> Driver:
-    """Return the driver of a method for the schedule of its options.
+    """Return the driver for the method, the schedule and the stages of ``setup``.
 
     ``Method.drivers`` names the driver's class for a schedule. The default is
     `schedules.Traversal`, or with the option ``era``, `era.EraTraversal`. If options ask for entry

@@ -99,7 +99,7 @@ class DriverBase:
 
     @property
     def mask_interval(self) -> int:
-        """Number of passes between two counts of the live rays."""
+        """Number of passes (in `PacketSteps`, of steps) between two counts of the live rays."""
         steps = self.options["steps_per_pass"] if self.options["schedule"] == "step" else 1
         return self.options["mask_interval"] or max(2, QUERY_INTERVAL // steps)
 

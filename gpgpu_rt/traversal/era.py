@@ -183,8 +183,8 @@ class EraTraversal(EraDriver, Traversal):
         super()._draw(program, rays, source, target, statistics, depth, tiles, kernel)
 
     def _part(self, side: Target, *read: Record) -> Target:
-        """Return a target with the states of a side of the buffers. It borrows the textures of the
-        records in ``read`` from side 0."""
+        """Return a target with the states of a side of the buffers, and with the records ``read``
+        of side 0. The target borrows all textures."""
         buffers = self._buffers
         state, *others = (self.precision.layout(record) for record in (self.method.state, *read))
         index = 0 if side is buffers.side(0) else 1

@@ -33,7 +33,8 @@ RAYS = Record("packet_rays", " | ".join(
 HITS = replace(HIT, layout="t:vec4 | u:vec4 | v:vec4 | triangle:ivec4")
 """The hits of the four rays."""
 
-# Renamed, because the program that copies these hits to single rays also uses HIT's name.
+# The record has a name of its own, because the program that copies these hits to single rays also
+# writes HIT.
 _KEPT = replace(HITS, name="packet")
 
 

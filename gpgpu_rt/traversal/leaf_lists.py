@@ -1,9 +1,9 @@
 """Leaf lists: the references to the triangles of a tree's leaves.
 
 A list is usually counted: a leaf stores the number of its references, and a ray's state stores the
-end of the list. In the era form with fp24, a pointer takes two numbers. With such an end, the
-states of kd-push-down and kd-texture-stack would need five render targets, but the cards have
-four. So lists are marked there: the last reference has a mark.
+end of the list. In the era form with fp24, a pointer is two numbers. With such an end in the
+state, kd-push-down and kd-texture-stack would need five render targets, but the cards have four.
+So in this form, lists are marked: the last reference has a mark.
 """
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def leaf_tables(node: Record, fields: Mapping[str, np.ndarray], link: str, leaf:
     ----------
     node : the nodes' record
     fields : the nodes' fields, (nodes,) each, with ``count``
-    link : the field that is a leaf's first reference
+    link : the field that holds the index of a leaf's first reference
     leaf : (nodes,) bool, whether a node is a leaf
     references : (m,) int32, triangles
     options : the tracer's options. With marked lists, an empty leaf's ``link`` is -1

@@ -41,7 +41,7 @@ class Tiles:
     def count(self, samplers: Mapping[str, moderngl.Texture]) -> None:
         """Count the waiting rays of the tiles that the latest ``choose`` chose.
 
-        Other tiles count as empty. The caller ensures that they contain no live ray.
+        Other tiles count as empty. The caller ensures that these tiles contain no live ray.
         """
         context = self._gpu.context
         context.enable_only(moderngl.NOTHING)

@@ -72,10 +72,10 @@ class Part:
         return self.files.get(value, self.files.get(True, self.plain) if value else self.plain)
 
 
-# How a ray finds the end of a leaf's references.
+# Choose how a ray finds the end of a leaf's references.
 LEAF_LIST = Part("leaf_list", "era", "core/list_counted.glsl",
                  dict.fromkeys(TEXEL_POINTERS, "era/list_marked.glsl"))
-# The test of a triangle by a packet's rays, and the test that lets a packet skip triangles.
+# Choose how a packet's rays test a triangle, and whether a packet may skip triangles.
 TRIANGLE_TESTS = Part("triangle_tests", "intersection", "drivers/triangle_by_ray.glsl",
                       {"woop-watertight": "drivers/triangle_by_axes.glsl"})
 CULLING = Part("culling", "vertex_culling", "drivers/cull_nothing.glsl",

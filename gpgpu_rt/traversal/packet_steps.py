@@ -24,9 +24,10 @@ from .stack_atlas import StackAtlas
 class PacketSteps(MethodDriver):
     """A packet method under the schedule ``step``; see ``Traversal``.
 
-    A step is two passes. In the pass over the rays, each ray tests the triangle that its packet is
-    at, if any. In the pass over the packets, each packet visits a node or advances to the next
-    triangle. A draw then pushes the packets' stack entries into the atlas, if there is an atlas.
+    A step is two passes. In the pass over the rays, each ray tests its packet's current triangle,
+    if there is one. In the pass over the packets, each packet visits a node or advances to the
+    next triangle. A draw then pushes the packets' stack entries into the atlas, if there is an
+    atlas.
     """
 
     keeps_states = True

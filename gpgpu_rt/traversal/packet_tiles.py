@@ -95,9 +95,10 @@ class PacketTiles:
     def squares(self, rays: RayTextures, samplers: Samplers) -> Squares | None:
         """Return the squares that hold packets to trace, or None to draw all packets.
 
-        A tile has rays to trace if its beam meets a leaf, or without beams, if one of its rays is
-        live. The result is None if all tiles have rays to trace (a full-screen draw is then
-        faster), if the live tiles are not known, or if a point cannot be as large as a square.
+        With beams around all rays, a tile has rays to trace unless its beam shows that no ray hits
+        a triangle. Otherwise, a tile has rays to trace if one of its rays is live. The result is
+        None if all tiles have rays to trace (a full-screen draw is then faster), if ``Gpu.whole``
+        is set, if the live tiles are not known, or if a point cannot be as large as a square.
         """
         if rays.tiles is None or self.gpu.whole:
             return None

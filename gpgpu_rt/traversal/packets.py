@@ -48,7 +48,7 @@ class PacketTraversal(MethodDriver):
 
     def follow(self, samplers: Samplers, accelerator: Accelerator, step_cap: int) -> None:
         super().follow(samplers, accelerator, step_cap)
-        self.drop("single")     # this driver's tables have the old triangles
+        self.drop("single")     # the single-ray driver has the old triangles
 
     def run(self, rays: RayTextures, buffers: StateBuffers, statistics: Statistics,
             any_hit: bool = False) -> tuple[Target | PacketHits, int]:

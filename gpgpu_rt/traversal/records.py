@@ -30,8 +30,8 @@ PACKET_ENTRY = Record(
 walk after this node (methods/bvh/entry_stack.glsl, methods/bvh/entry_threads.glsl). A packet may
 use the entry if all its rays lie within the tile's beam. The origins, inverse directions and
 ``t_min`` of this record bound the beam.
-``visited`` counts the nodes that the beam visited. ``met`` is 0 if the beam holds all rays of the
-tile and meets nothing."""
+``visited`` counts the nodes that the beam visited. ``met`` is 0 if the beam shows that no ray of
+the tile hits a triangle."""
 
 QUADS = Record("quads", "drawn:int tested:int")
 """The number of quads drawn over a ray, and the number of triangles tested in these quads."""

@@ -7,7 +7,7 @@ from ..gl.lazy_field import Column
 from ..gl.record import Record
 
 TRIANGLE = Record("triangle", "v0:vec3 index:int | v1:vec3 last:int | v2:vec3")
-"""A triangle. ``index`` is the row in the scene; ``last`` is 1 for the last triangle of a leaf."""
+"""A triangle. ``index`` is its row in the scene; ``last`` is 1 for the last triangle of a leaf."""
 
 REFERENCE = Record("reference", "triangle:pointer")
 """An entry of the triangle list of a leaf or a cell: a pointer to the triangle. A cell's list ends
@@ -36,7 +36,7 @@ def triangle_table(triangles: np.ndarray, order: np.ndarray | None = None,
 
 
 def box_uniforms(triangles: np.ndarray) -> dict[str, tuple[float, ...]]:
-    """Return the lowest and the highest corner of (n, 3, 3) triangles as uniforms; the origin if
-    there are no triangles."""
+    """Return as uniforms the lowest and the highest corner of the box of (n, 3, 3) triangles.
+    Without triangles, both corners are the origin."""
     corners = triangles.reshape(-1, 3) if len(triangles) else np.zeros((1, 3), np.float32)
     return {"scene_lo": tuple(corners.min(0).tolist()), "scene_hi": tuple(corners.max(0).tolist())}

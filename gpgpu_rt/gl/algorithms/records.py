@@ -13,4 +13,5 @@ SOURCE = Record("source", "index:int")
 """The index of the element to copy."""
 
 BOX = Record("box", "lo:vec3 | hi:vec3")
-"""A box of a triangle, a node or successive slots. A slot is a place in the order of triangles."""
+"""The bounding box of a triangle, a node, a cell or successive slots. A slot is a position in a
+builder's order of triangles."""

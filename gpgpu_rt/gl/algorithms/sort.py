@@ -8,9 +8,9 @@ from .streams import Stream, StreamRoom
 def sort(room: StreamRoom, keys: Stream) -> Stream:
     """Return the keys (SORT_KEY) in the order of hi, lo and index, for any number of keys.
 
-    The sort is stable if indices ascend. For n keys and k = ceil(log2 n), it takes k (k + 1) / 2
-    steps, two per pass. Passes draw alternately into ``keys`` and another stream; at the end, the
-    stream without the result is dropped.
+    The sort is stable if indices ascend. For n keys and k = ceil(log2 n), the sort has
+    k (k + 1) / 2 steps, two per pass. Passes draw alternately into ``keys`` and another stream; at
+    the end, the stream without the result is dropped.
     """
     now, spare = keys, room.stream(SORT_KEY, keys.length)
     steps = flips(keys.length)

@@ -38,7 +38,7 @@ class Stream(Target):
                  arrays: Mapping[str, np.ndarray] | None = None) -> None:
         if length > EXACT_INTEGER + 1:
             raise LimitError(f"a stream of {length:,} elements is past 2^24, the last index a "
-                             "float texel holds exactly; take a smaller scene, or build on the "
+                             "float texel holds exactly; use a smaller scene, or build on the "
                              "cpu")
         super().__init__(gpu, record, (TABLE_WIDTH, rows_of(length)))
         if arrays:

@@ -39,7 +39,8 @@ class EyeDrivers:
         Raises
         ------
         OptionError
-            for an unknown ``first_hits``, or if the rasteriser is needed but has no triangles
+            as `check_first_hits`, or if the rasteriser needs triangles whose positions the host
+            does not know
         """
         rasterises = check_first_hits(first_hits, self.options)
         if self._lost and (rasterises or self.options["rasterised_bounds"]):

@@ -10,10 +10,10 @@ or do not show a triangle that their ray hits. The steps:
    pixel: the pixel's candidate.
 3. In ``first_verified``, each ray tests its candidate by the triangle test that all methods use.
 4. ``first_rivals`` looks for rivals: triangles that a ray hits before the pixel's candidate. For
-   each triangle, the program tests the pixels whose rays can hit the triangle. It skips pixels
-   that show the triangle, or a candidate certainly in front of the triangle. If the triangle
-   covers many pixels, the host splits its search into parts of the image. ``first_packed`` and
-   ``first_blocks`` prepare the search. ``first_doubt`` marks the pixels with a rival.
+   each triangle T, the program tests the pixels whose rays can hit T. The program skips pixels
+   that show T, or a candidate that is certainly in front of T. If T covers many pixels, the host
+   splits the search for T into parts of the image. ``first_packed`` and ``first_blocks`` prepare
+   the search. ``first_doubt`` marks the pixels with a rival.
 5. A ray is in doubt if it misses its candidate, or if its pixel has a rival. The rays in doubt are
    gathered and traced by the tracer's method, and their hits are scattered back.
 
@@ -256,7 +256,8 @@ class FirstHits(DriverBase):
 
     def _mark(self, image: FirstImage, rays: RayTextures, final: Target, rivals: np.ndarray,
               side: int, view: dict[str, object]) -> None:
-        """Flag each ray that hits a rival before its candidate. rivals : (k, 3) PART fields"""
+        """Flag each ray that hits a triangle of ``rivals``, (k, 3) PART fields, before its
+        candidate."""
         self._row_pass("first_doubt", "part", 6, (rays.record, HIT)).draw(
             image.doubted, {**self._tables, **rays.samplers(), **final.samplers()}, rivals,
             {**view, **rays.uniforms(), "part_side": side})

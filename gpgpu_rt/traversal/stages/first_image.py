@@ -11,9 +11,8 @@ from ...rays.records import HIT
 from ...rays.textures import StateBuffers
 from .records import SHOWN, SHOWN_BLOCK, SHOWN_FOUR
 
-# Side of a square in pixels. A triangle is a rival if a ray may hit it before the triangle that
-# the ray's pixel shows. For each triangle, the search for rivals skips a square that hides the
-# triangle, or that shows only this triangle.
+# Side of a square in pixels. For each triangle T, the search for rivals (first_hits.py) skips a
+# square that hides T, or that shows only T.
 BLOCK = 8
 # Side in pixels of the parts into which the search cuts the rectangle of a large triangle.
 PART_SIDE = 32
@@ -38,7 +37,7 @@ class FirstImage:
         width, height = size = buffers.size
         self.candidates = make_texture(gpu, size, 1, "candidates")
         self.doubt = gpu.context.texture(size, 1)
-        self._depths = make_texture(gpu, size, 2, "what pixels show")
+        self._depths = make_texture(gpu, size, 2, "depths and triangles")
         self.shown = Target(gpu, SHOWN, size, borrowed={SHOWN.name: [self._depths]})
         self.fours = Target(gpu, SHOWN_FOUR, (-(-width // 4), height))
         self.blocks = Target(gpu, SHOWN_BLOCK, (-(-width // BLOCK), -(-height // BLOCK)))
@@ -66,8 +65,8 @@ def cut(rows: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
     """Return the (k, 3) fields of the record PART for each triangle of ``rows`` and each part of
     the triangle's rectangle: the triangle's row, and the first pixel (x, y) of the part.
 
-    A rectangle goes from the part ``first`` to the part ``last``. The part in column x and row y
-    has the number x + 1024 y.
+    ``first`` and ``last`` are the numbers of the first and the last part of each rectangle. The
+    part in column x and row y has the number x + 1024 y.
     """
     across = last % 1024 - first % 1024 + 1
     owner = np.repeat(np.arange(len(rows)), across * (last // 1024 - first // 1024 + 1))

@@ -84,7 +84,7 @@ class PacketEntries(MethodDriver):
         return entries
 
     def _tile_bounds(self, rays: RayTextures) -> Target:
-        """Upload the bounds of each tile's ray directions."""
+        """Return a target to which the bounds of each tile's ray directions are uploaded."""
         assert rays.tiles is not None
         tiles = rays.tiles.of_side(self.tile)
         bounds = self.keep("bounds", lambda: Target(self.gpu, TILE_BOUNDS, tiles.size),

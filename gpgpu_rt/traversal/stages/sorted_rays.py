@@ -1,9 +1,9 @@
 """Sorted rays: sorts the rays before any driver traces them.
 
-Hachisuka's survey proposes sorting (section 4.3) without measuring it. A ray's key has the cells
-where the ray begins and where it leaves the scene (``glsl/stages/sort_keys.frag``). The sorted
-rays fill squares of 8x8 texels, so packets and tiles hold coherent rays. Hits are then written
-back to the places of their rays.
+Hachisuka's survey proposes sorting (section 4.3) without measuring it. A ray's key joins two
+cells: where the ray begins, and where it leaves the scene (``glsl/stages/sort_keys.frag``). The
+sorted rays fill squares of 8x8 texels, so packets and tiles hold coherent rays. Hits are then
+written back in the caller's order.
 """
 from __future__ import annotations
 
