@@ -90,8 +90,8 @@ class EraSize:
     Attributes
     ----------
     texels : number of texels of the largest table
-    numbers : the largest number in one float, even with fp24: of triangles, of leaves with ropes,
-        or of the cells of a grid's slice
+    numbers : largest number of triangles, of leaves with ropes, or of cells in a grid's slice.
+        Even with fp24, one float holds the index of such an element
     """
 
     texels: int = 1
