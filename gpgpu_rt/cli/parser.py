@@ -1,4 +1,4 @@
-"""Parser: an argument parser that reports a mistake in one line (help.py prints its help)."""
+"""Parser: an argument parser that reports a mistake in one line (help.py composes the help)."""
 from __future__ import annotations
 
 import argparse

@@ -27,7 +27,7 @@ from .static_costs import COMPILERS, PACKETS, StaticCost, era_programs, packet_m
 LEFT_OUT = {"drivers/tile_counts.frag"}
 # Under `loop`, these programs have a loop whose length depends on the rays.
 LOOPS = {"drivers/traverse.frag", "drivers/packet.frag"}
-ERA = "era"     # stands for the era form in a key (method, schedule)
+ERA = "era"     # the era form's word in a key (method, schedule), in place of a schedule
 SIZE = 8   # side of the image in pixels; programs do not depend on it
 
 

@@ -43,9 +43,9 @@ def used_declarations(lines: Sequence[str], files: Sequence[str]) -> list[Declar
     """Return the declarations that ``main`` reaches, and their comments.
 
     A declaration is reached if its name occurs in a reached declaration. This rule keeps every
-    needed declaration, and maybe unneeded ones. A separate comment is kept if a declaration between this
-    comment and the next separate comment is used. A file's first comment is kept if any
-    declaration of the file is used.
+    needed declaration, and possibly unneeded declarations. A separate comment is kept if a
+    declaration between this comment and the next separate comment is used. A file's first comment
+    is kept if any declaration of the file is used.
 
     Parameters
     ----------
