@@ -42,12 +42,12 @@ class Parser(argparse.ArgumentParser):
 
     Attributes
     ----------
-    switches : the words that need no value, such as --octants
-    owned : the options that belong to methods or integrators. If there are any, ``--help`` leaves
-        out the group ``rare`` and most owned options
-    in_full : whether the help has every option
-    instead : word that the command does not accept -> clause that says what to do instead
-    listed : the names that an option of this command takes as a list with commas
+    switches : Words that need no value, such as --octants.
+    owned : Options that belong to methods or integrators. If there are any, ``--help`` leaves
+        out the group ``rare`` and most owned options.
+    in_full : Whether the help has every option.
+    instead : Word that the command does not accept -> clause that says what to do instead.
+    listed : Names that an option of this command accepts as a list with commas.
     """
 
     speaker = "gpgpu-rt"
