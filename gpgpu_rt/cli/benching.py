@@ -32,8 +32,8 @@ class Race(NamedTuple):
 Races = list[Race]
 
 SIZE = 1024
-# The fastest candidates in measurements. The second candidate has the options of the first one,
-# and also shares subtrees, which halves the memory.
+# Candidates that `bench` times without --methods, besides each quick method: the fastest in
+# measurements. The second candidate also shares subtrees, which halves the memory.
 _TREE = {"octants": True, "quantise_nodes": 16}
 _EYE = {"packet": (4, 2), "interval_test": True, "entry_points": 32, **_TREE, "reinsertion": 3}
 BEST = (("bvh-packet", _EYE),
@@ -138,8 +138,11 @@ def _engines(words: Sequence[str] | None) -> Sequence[Engine]:
 
 
 def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
-    """Return the methods to time, with their options. Default methods that do not accept the
-    options are left out; methods that the user named must accept them."""
+    """Return the methods to time, with their options.
+
+    Methods that the user named must accept the given options. If the user named none, the result
+    is BEST and the quick methods, without methods that do not accept the given options.
+    """
     if chosen.methods:
         named = [(name, options_for(chosen, name)) for name in chosen.methods]
         for name, options in named:
@@ -215,7 +218,7 @@ def _print_notes(gpu: Gpu, found: Races, engines: Sequence[Engine]) -> None:
         print(f"over embreex: our rate divided by the rate of {EMBREE}, as the median "
               "of all rounds. Our time\n"
               f"is the time of the passes on {_renderer(gpu)},\n"
-              "and of sorting rays on the host, if any. It excludes copies of arrays. Rows are "
+              "and of sorting rays on the host, if any, without copies of arrays. Rows are "
               "sorted by this column\n"
               "over embreex, with copies: the same ratio, but our time begins with rays in numpy "
               "arrays and ends with hits in numpy arrays\n"

@@ -39,7 +39,8 @@ def print_predictions(words: Sequence[str], cards: Sequence[Card], scene_name: s
     Raises
     ------
     OptionError
-        for an unknown method or kind of rays, or a card without predicted times
+        for an unknown method or kind of rays, a card without predicted times, or "all" beside
+        other names
     """
     if kind not in RAY_SETS:
         raise OptionError(f"--rays {kind!r}{nearest_name(kind, RAY_SETS)}")
@@ -89,7 +90,7 @@ def _print_notes(found: Sequence[dict[str, Any]]) -> None:
     without = dict.fromkeys(one["method"] for one in found if _cell(one) == "-")
     for reason in dict.fromkeys(map(why_no_time, without)):
         some = ", ".join(method for method in without if why_no_time(method) == reason)
-        print_filled(f"- stands at {some}: {reason}")
+        print_filled(f'"-" for {some}: {reason}')
 
 
 def _refused(method: str, card: Card) -> dict[str, Any]:

@@ -24,8 +24,8 @@ _ROWS = (("arithmetic", "arithmetic instructions", ""),
          ("cycles", "clocks, as the driver estimates", ""))
 _NOTES = {"nv40": "NVIDIA's own compiler probably needed fewer instructions (docs/"
           "compiled-kernels.md, How to read the counts)"}
-_SLOTS = ("instruction slots: an instruction occupies two, one for a vector and one for a scalar "
-          "operation, even if a slot stays empty")
+_SLOTS = ("instruction slots: an instruction occupies two slots, one for a vector operation and "
+          "one for a scalar operation, even if a slot stays empty")
 
 
 def chip_of(text: str) -> str:
@@ -102,7 +102,8 @@ def _counts(cost: StaticCost, chip: Card | None) -> list[str]:
 
 
 def check_alone(given: dict[str, Any]) -> None:
-    """Raise OptionError for options that exclude ``--card``."""
+    """Raise OptionError if ``given`` (option -> value) has a true value. The message says that
+    ``--card`` excludes these options."""
     clash = [name for name, value in given.items() if value]
     if clash:
         words = " and ".join("--" + name.replace("_", "-") for name in clash)

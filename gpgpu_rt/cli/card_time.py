@@ -48,9 +48,8 @@ def _time(time: CardTime) -> dict[str, Any]:
 
 
 def _standing(form: str, seen: EraTime) -> str:
-    """Return notes on a form. The first says that the kernels ran in this form here. The second
-    names the command that compares times with the papers' times: only for the card's usual form.
-    """
+    """Return ", as here" for the form in which the kernels ran. For the card's usual form, also
+    name the command that compares times in this form with the papers' times."""
     here = ", as here" if form == seen.ran else ""
     return here + ("; `python -m gpgpu_rt.figures --only era_machine` compares times in this form "
                    "with the papers' times" if form == seen.forms[0] else "")

@@ -152,7 +152,8 @@ def _print(rows: list[Row], missing: dict[str, str]) -> None:
     cells = {(row.engine, row.family): row for row in rows}
     none = Row("", "", "", 0, 0, {}, 0.0)       # for results that an interrupt prevented
     print("Wrong rays out of rays cast. A dash: the engine does not support the t_min or t_max of "
-          "the family's rays, it gave no answer in an earlier family, or it cannot be loaded.")
+          "the family's rays, it gave no answer in an earlier family, it cannot be loaded, or the "
+          "run was interrupted.")
     print_table(["family", *engines],
                 [[name, *(_cell(cells.get((engine, name), none)) for engine in engines)]
                  for name in dict.fromkeys(row.family for row in rows)])

@@ -56,7 +56,7 @@ class FolderLock:
             self._file.close()      # another run has removed this file: try a new file
 
     def release(self) -> None:
-        """Unlock and remove the lock file. A second call does nothing."""
+        """Remove and unlock the lock file. A second call does nothing."""
         if not self._file.closed:
             self._path.unlink(missing_ok=True)
             self._file.close()

@@ -40,8 +40,8 @@ def add_frames(sub: Parser) -> None:
                           "it")
     sub.add_argument("--frames", type=_whole, metavar="N", help="render the first N frames of a "
                      "moving scene, to numbered files if --output is a folder (ends in /) or "
-                     "contains %%04d, else to one GIF or APNG. A camera that moves with the scene "
-                     "is used unless an option such as --eye is given")
+                     "contains %%04d, else to one GIF, APNG or WebP. A camera that moves with the "
+                     "scene is used unless an option such as --eye is given")
 
 
 def check_frames(chosen: argparse.Namespace) -> None:

@@ -14,7 +14,7 @@ from ..methods import methods
 from .card_predictions import print_predictions
 from .shared import Command, names, print_filled, print_json, print_table, say, side_word
 
-SCENE = "cornell"   # tables depend on the scene; programs hardly do
+SCENE = "cornell"   # the default of --scene; the scene changes tables, but hardly programs
 PREFIXES, PER_SECOND = ((1e9, "G"), (1e6, "M")), ("/s", "Hz")
 WIDE = ("exact_integers",)      # numbers too long for the table with a column per card
 NOTE = ("The rows `era` judge the kernels as the papers had them (docs/era.md), by the counts of "
@@ -22,11 +22,10 @@ NOTE = ("The rows `era` judge the kernels as the papers had them (docs/era.md), 
         "targets, tables, loops, queries and float textures, but not by their instructions, "
         "because no card's compiler counts them. The limit `index` is the largest number that one "
         "channel stores exactly. Today's programs store every index of a texel in one channel. On "
-        "cards with fp24, the era form stores a column and a row. Only a hit's triangle, a leaf "
-        "of kd-ropes and a cell's place in its slice are single numbers there. The ray engine of "
-        "2002 ran in fixed point; ours emulates it in float textures (`--fixed-point`). The "
-        "number of loop iterations is not compared with a card's limit, because it depends on "
-        "the rays.")
+        "cards with fp24, the era form stores a column and a row, except for a hit's triangle, a "
+        "leaf of kd-ropes and a cell's place in its slice. The ray engine of 2002 ran in fixed "
+        "point; this project emulates fixed point in float textures (`--fixed-point`). The number "
+        "of loop iterations is not compared with a card's limit, because it depends on the rays.")
 
 
 def add_commands(command: Command) -> None:

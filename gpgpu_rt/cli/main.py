@@ -78,7 +78,7 @@ def _main(arguments: Sequence[str] | None) -> int:
         if getattr(failure, "filename", None) is None and getattr(failure, "errno", 0) in FULL:
             message = f"cannot write to the standard output: {os.strerror(failure.errno)}"
         if isinstance(failure, MemoryError):
-            message += "; take a smaller picture, fewer samples or a smaller scene"
+            message += "; use a smaller picture, fewer samples or a smaller scene"
         print(f"gpgpu-rt: {message}", file=sys.stderr)
         return 1
 

@@ -1,4 +1,4 @@
-"""Parser: an argument parser that reports a mistake in one line (help.py prints its help)."""
+"""Parser: an argument parser that reports a mistake in one line (help.py composes the help)."""
 from __future__ import annotations
 
 import argparse
@@ -42,12 +42,12 @@ class Parser(argparse.ArgumentParser):
 
     Attributes
     ----------
-    switches : the words that need no value, such as --octants
-    owned : the options that belong to methods or integrators. If there are any, ``--help`` leaves
-        out the group ``rare`` and most owned options
+    switches : Words that need no value, such as --octants.
+    owned : Options that belong to methods or integrators. If there are any, ``--help`` leaves
+        out the group ``rare`` and most owned options.
     in_full : Whether the help has every option.
-    instead : Word that the command does not accept -> clause that says what to do instead
-    listed : the names that an option of this command takes as a list with commas
+    instead : Word that the command does not accept -> clause that says what to do instead.
+    listed : Names that an option of this command accepts as a list with commas.
     """
 
     speaker = "gpgpu-rt"
@@ -106,7 +106,8 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.speaker}: {message} (see `{self.prog} --help`)\n")
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
-        """Check a choice or a command, for argparse."""
+        """Raise ArgumentError with similar words if ``value`` is no choice or command; argparse
+        calls this method."""
         if action.choices is not None and value not in action.choices:
             near = nearest_names(str(value), map(str, action.choices))
             raise argparse.ArgumentError(action, f"invalid choice {value!r}{near}")

@@ -32,9 +32,9 @@ def add_commands(command: Command) -> None:
     sub.add_argument("--fetch", nargs="*", metavar="NAME", help="download these scenes and "
                      f"convert them; without a name: {', '.join(ORIGINALS)}. The command shows "
                      "the size and the terms of each scene and asks before the download")
-    sub.add_argument("--from", dest="base", metavar="URL|FOLDER", help="take the files from a "
-                     "copy that holds them as REPOSITORY/PATH; default: the repositories that "
-                     "publish them")
+    sub.add_argument("--from", dest="base", metavar="URL|FOLDER", help="read the files "
+                     "REPOSITORY/PATH below this URL or folder; default: download them from the "
+                     "repositories that publish them")
     sub.add_argument("--yes", action="store_true", help="agree to the terms and do not ask")
 
 
@@ -119,7 +119,7 @@ def _fetch(wanted: Sequence[str], base: str | None, folder: Path) -> None:
                     place = folder / catalogue.PUBLISHED / file.place
                     place.parent.mkdir(parents=True, exist_ok=True)
                     (work / file.sha256).replace(place)
-            # The mesh comes last: a scene with a mesh counts as fetched.
+            # Write the mesh last: a scene with a mesh counts as fetched.
             _add_camera(name, cameras, work)
             _convert(name, folder, work)
         report(total, total, "")
@@ -165,7 +165,7 @@ def _show(names: Sequence[str], folder: Path, base: str | None) -> None:
         say(f"{name}: {counted(len(files), 'file')}, {size:.1f} MB\n"
             f"    source: github.com/{files[0].repository} at {files[0].commit[:12]}"
             + (f", taken from {base}" if base else "") + f"\n    terms: {files[0].terms}")
-    say(f"The scenes go to {folder}.")
+    say(f"The scenes will be saved in {folder}.")
 
 
 def _ask() -> None:

@@ -296,5 +296,5 @@ def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 
 def print_row(cells: Sequence[str], widths: Sequence[int]) -> None:
-    """Print a row of a table at once. ``widths`` gives the width of each column in characters."""
+    """Print and flush a row of a table. ``widths`` are the widths of the columns in characters."""
     print("  ".join(str(cell).ljust(w) for cell, w in zip(cells, widths)).rstrip(), flush=True)

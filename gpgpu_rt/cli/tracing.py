@@ -47,8 +47,8 @@ def add_commands(command: Command) -> None:
                           "traced hit to the bit. verified: by the rasteriser, with a check that "
                           "each hit is a hit of its ray, but not that it is the nearest; default "
                           "%(default)s")
-    sub.rare.add_argument("--timings", action="store_true", help="print where the time goes, from "
-                          "the start of the process to the written file; the first pass of a "
+    sub.rare.add_argument("--timings", action="store_true", help="print the time of each part, "
+                          "from the start of the process to the written file; the first pass of a "
                           "program includes its compilation")
     add_camera(sub)
     add_picture(sub)

@@ -100,7 +100,7 @@ _COLUMNS = {
     "which the other columns do not judge",
     ("Mrays/s", "ms"): f"rate and time of the passes alone, for the judged rays; median of {RUNS} "
     "calls for each kind. Few rays cannot fill the renderer: measure rates by `gpgpu-rt bench`",
-    ("MB",): "size of all textures, those of rays and hits included",
+    ("MB",): "size of all textures, including rays and hits",
     ("passes",): "number of passes for the judged rays"}
 
 

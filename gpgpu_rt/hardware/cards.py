@@ -23,7 +23,8 @@ class Needs:
     loops : whether the program has loops
     targets : number of render targets
     texture_size : side of the largest table in texels, if the table were square
-    largest_index : number of texels in the largest table whose elements have a number in one float
+    largest_index : largest number that one float must hold exactly: the number of texels of the
+        largest table, or `EraSize.numbers` if pointers are columns and rows
     floats : whether the program needs float textures
     queries : whether the host counts rays by occlusion queries
     """

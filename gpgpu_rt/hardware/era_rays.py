@@ -74,6 +74,6 @@ class KeptRays(Observer):
 
     def share(self, any_hit: bool) -> float:
         """Return the number of pixels of the kept calls of a kind, divided by the number of pixels
-        of all its calls."""
+        of all calls of this kind."""
         return sum(one.samples.pixels for one in self.calls
                    if one.any_hit == any_hit) / max(self.pixels[any_hit], 1)

@@ -77,8 +77,8 @@ class EraTime:
         Raises
         ------
         OptionError
-            if the kernels were not compiled for the card, the card could not have run them, or no
-            rays were traced
+            if the kernels were not compiled for the card, the card could not have run them, no
+            rays were traced, or ``form`` is not in ``forms``
         """
         if not self.kept.calls:
             raise OptionError("no rays were traced, so no time is predicted; trace rays inside "

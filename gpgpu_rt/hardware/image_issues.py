@@ -39,7 +39,7 @@ STEPWISE = {"schedule": "step", "steps_per_pass": 1, "intersection": "moller-tru
 WARP_PACKET = (4, 4)
 # Kernel of a single-ray method -> (counter of the packet method, runs of the kernel for each unit
 # of the counter). A bvh-packet counts a node once but tests the boxes of its two children: two
-# runs of `traverse`. The counter of triangle tests is a sum over a packet's rays: divide by them.
+# runs of `traverse`. The counter of triangle tests sums a packet's rays: divide by their number.
 RUNS = {"down": ("nodes_visited", 1.0), "traverse": ("nodes_visited", 2.0),
         "follow_rope": ("leaves_visited", 1.0),
         "intersect": ("triangles_tested", 1 / math.prod(WARP_PACKET))}

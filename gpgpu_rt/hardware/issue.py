@@ -21,7 +21,7 @@ WHILE_WHILE, STEP = "while-while", "step"
 ORDERS = (WHILE_WHILE, STEP)
 # Kernels that have no inner loop of their own in a while-while program. The program runs such a
 # kernel right after the step that needs it. `push` and `pop` belong to methods that keep a stack
-# in textures under `step` (glsl/methods/bvh/packet_steps_stack.glsl), and to kd-packet on R580
+# in textures under `step` (glsl/methods/bvh/packet_steps_stack.glsl), and to kd-packet in a loop
 # (packet_trace.py). `leave` and `begin` belong to kd packets
 # (glsl/methods/kdtree/packet_steps.glsl).
 WITHIN = ("push", "pop", "leave", "begin")

@@ -55,7 +55,7 @@ class Least:
 
     @property
     def bound(self) -> str:
-        """The resource that decides the time."""
+        """The resource that decides the time, or "waiting" for more than half of the time."""
         parts = {name: getattr(self, name) for name in ("shader", "steps", "tests", "memory")}
         parts["shader"] += self.waiting
         return "waiting" if self.waiting > self.seconds / 2 else max(parts, key=parts.__getitem__)

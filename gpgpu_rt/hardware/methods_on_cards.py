@@ -27,7 +27,7 @@ from .static_costs import COMPILERS, PACKETS, StaticCost, era_programs, packet_m
 LEFT_OUT = {"drivers/tile_counts.frag"}
 # Under `loop`, these programs have a loop whose length depends on the rays.
 LOOPS = {"drivers/traverse.frag", "drivers/packet.frag"}
-ERA = "era"     # stands for the era form in a key (method, schedule)
+ERA = "era"     # the era form's word in a key (method, schedule), in place of a schedule
 SIZE = 8   # side of the image in pixels; programs do not depend on it
 
 
@@ -90,8 +90,8 @@ class EraSize:
     Attributes
     ----------
     texels : number of texels of the largest table
-    numbers : the largest number in one float, even with fp24: of triangles, of leaves with ropes,
-        or of the cells of a grid's slice
+    numbers : largest number of triangles, of leaves with ropes, or of cells in a grid's slice.
+        Even with fp24, one float holds the index of such an element
     """
 
     texels: int = 1

@@ -1,8 +1,9 @@
 """Packet trace: converts a trace of kd-packet's steps into a trace of kd-packet in a loop.
 
 Under ``step``, the kernel `traverse` includes the push, and the kernel `leave` includes the pops.
-In the loop on R580, `push` and `pop` are separate kernels (methods/kdtree/kd_packet_era.glsl):
-packets that branch together skip `push` if none of them pushes.
+In the loop of the era form, `push` and `pop` are separate kernels
+(glsl/methods/kdtree/kd_packet_era.glsl): packets that branch together skip `push` if no packet
+pushes.
 """
 from __future__ import annotations
 

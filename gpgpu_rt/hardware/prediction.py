@@ -1,6 +1,7 @@
 """Prediction: predicts the time that a card of 2002-2006 would have taken to trace rays.
 
-Figures, ``render --era`` and users call this module, so all three get equal times for equal rays.
+Figures, ``render --era`` and users call this module, so all three use the same model. Their times
+may differ for equal rays, because ``render --era`` traces smaller samples.
 """
 from __future__ import annotations
 

@@ -22,7 +22,8 @@ from ..traversal.era import EraKernel, era_kernels
 from ..traversal.era_packets import packet_kernels, packet_loop
 
 COMPILERS = ("r300", "r420", "r580", "nv40", "g80")
-# The chips whose numbers choose a program's form: all pointers are indices, or columns and rows.
+# Chips that select a program's form. Pointers are indices on INDEX_CHIP, and columns and rows on
+# TEXEL_CHIP.
 INDEX_CHIP, TEXEL_CHIP = "nv40", "r420"
 # The depth of a stack that never drops entries is a constant of the program. The constant changes
 # no instruction, so any depth serves here. The depth of a short stack is an option of the method.
@@ -174,9 +175,11 @@ def _program(method: str, kernel: EraKernel) -> EraProgram:
 
 def all_era_programs() -> list[EraProgram]:
     """Return the programs of every method with an era form, for nearest hits and for any hits.
-    Programs with default options or SETTINGS come first: with indices as passes and in loops, then
-    with columns and rows as passes. The programs of PACKETS follow, only in loops. Each compiler
-    reads all programs, because `machine_model.stream_fetches` needs NV40's listings."""
+
+    For default options and SETTINGS, the order is: passes with indices as pointers, loops with
+    indices, passes with columns and rows. The loops of PACKETS follow. Each compiler reads all
+    programs, because `machine_model.stream_fetches` needs NV40's listings.
+    """
     chosen = [(era, in_loop, [*((name, {}) for name in era_methods(era)), *SETTINGS])
               for era, in_loop in ((INDEX_CHIP, False), (INDEX_CHIP, True), (TEXEL_CHIP, False))]
     return [program for era, in_loop, some in (*chosen, (INDEX_CHIP, True, PACKETS))

@@ -20,7 +20,7 @@ from .trace import KernelTrace
 
 FIELDS = ("node", "cursor")
 TABLES = (KD_NODE, BVH_NODE, REFERENCE, TRIANGLE)
-# The records that each kernel reads, in order. `push` and `pop` access the stack.
+# The records that each kernel reads, in order. `push` and `pop` access only the stack.
 READS: Mapping[str, tuple[Record, ...]] = {
     "down": (KD_NODE,), "traverse": (BVH_NODE,), "intersect": (REFERENCE, TRIANGLE),
     "push": (), "pop": ()}
@@ -31,8 +31,8 @@ def table_reads(trace: KernelTrace, tables: Mapping[str, Mapping[str, Any]],
                 group: tuple[int, int]) -> np.ndarray:
     """Return the places that rays read, (reads,) int64, one group of (h, w) rays after another.
 
-    A place is an address: a byte's offset in its table, plus the table's number times TABLE. The
-    rays of a group run side by side: all rays read a first texel before any ray reads a second.
+    A place is an address: a byte's offset in its table, plus the table's number times TABLE. In
+    each step, the rays of a group that run the same kernel read in lockstep, texel by texel.
 
     Parameters
     ----------

@@ -71,7 +71,7 @@ def record_trace(tracer: Tracer, size: tuple[int, int], trace: Callable[[], obje
     Raises
     ------
     OptionError
-        for another schedule, or a tracer whose states cannot be observed
+        for another schedule, several steps per pass, or a tracer whose states cannot be observed
     """
     if tracer.options["schedule"] != "step" or tracer.options["steps_per_pass"] != 1:
         raise OptionError(f"method {tracer.method.name} does not run exactly one step of each "

@@ -24,7 +24,7 @@ _OPERATORS: Mapping[str, tuple[int, Callable[[int, int], int]]] = {
 
 @dataclass
 class _Group:
-    """An ``#if`` whose ``#endif`` is still to come.
+    """An ``#if`` whose ``#endif`` has not been read yet.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class _Group:
 
 def lines_in_force(lines: Sequence[str], defined: Collection[str] = ()) -> list[int]:
     """Return the indices of the lines that a compiler sees, without conditional directives. If no
-    line of a conditional is compiled, the comment directly above it is omitted, too.
+    line of a conditional is compiled, the comment directly above the ``#if`` is omitted, too.
 
     Parameters
     ----------

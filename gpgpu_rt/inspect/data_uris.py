@@ -9,7 +9,7 @@ from pathlib import Path
 
 from PIL import Image
 
-# Do not decode larger pictures (about 100 MB): a file may declare any size.
+# Refuse pictures with more pixels (about 100 MB as RGB), because a file may declare any size.
 MOST_PIXELS = 1 << 25
 DESCRIPTION = "Description"     # key of the describing text in a PNG file
 

@@ -42,10 +42,10 @@ class Declaration:
 def used_declarations(lines: Sequence[str], files: Sequence[str]) -> list[Declaration]:
     """Return the declarations that ``main`` reaches, and their comments.
 
-    A declaration is reached if its name occurs in a reached declaration. This rule may keep
-    unneeded declarations, but keeps all needed ones. A separate comment is kept if a declaration
-    between it and the next separate comment is used. A file's first comment is kept if any
-    declaration of the file is used.
+    A declaration is reached if its name occurs in a reached declaration. This rule keeps every
+    needed declaration, and possibly unneeded declarations. A separate comment is kept if a
+    declaration between this comment and the next separate comment is used. A file's first comment
+    is kept if any declaration of the file is used.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-# Dark blue to light yellow, with evenly growing lightness for greyscale prints.
+# Colours of numbers, from dark blue to light yellow. Lightness grows evenly, for greyscale prints.
 RAMP = np.array([[8, 10, 38], [58, 22, 100], [128, 34, 108], [194, 58, 84], [238, 104, 48],
                  [252, 168, 38], [252, 242, 160]], np.float64)
 # Colours of ray phases. They differ in hue and in lightness, for readers with red-green colour
@@ -31,9 +31,9 @@ def ramp(values: np.ndarray) -> np.ndarray:
 
 
 def palette(pictures: Sequence[np.ndarray]) -> Image.Image:
-    """Return an image with a palette of 256 colours for all ``pictures``, (h, w, 3) uint8 of the
-    same size, for use by ``Image.quantize``. The colours of phases and text, and 42 colours of the
-    ramp, are exact."""
+    """Return an image with a palette of at most 256 colours for all ``pictures``, (h, w, 3) uint8
+    of the same size, for use by ``Image.quantize``. The colours of phases and text, and 42 colours
+    of the ramp, are exact."""
     exact = np.concatenate([_CATEGORIES, [OVER, STOPPED, FULL, NOTHING, PAPER, INK],
                             ramp(np.linspace(0, 1, 42))])
     all_of_them = Image.fromarray(np.concatenate(pictures)).quantize(256 - len(exact))

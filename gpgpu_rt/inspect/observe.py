@@ -36,7 +36,7 @@ def observe_states(tracer: Tracer, look: Look) -> Iterator[None]:
     Raises
     ------
     OptionError
-        for a driver that does not keep states in textures between passes
+        for the option presort, or a driver that does not keep states in textures between passes
     """
     if tracer.options["presort"]:
         raise OptionError("option presort moves rays to other texels; leave presort out to "

@@ -22,7 +22,7 @@ from . import false_colours as colours
 from .film_frames import even_loss
 from .time_travel import Pass, decode, phase_names, travel
 
-# Fields that say where in the structure a ray is.
+# Fields that locate a ray in the structure. A panel shows the first field that the state has.
 PLACES = ("node", "place", "cell", "cursor", "first")
 MOST_PICTURES = 200     # default for the approximate number of pictures
 MOST_FRAMES = 150       # frames of the GIF, including the first and the last pass

@@ -113,7 +113,7 @@ def _one_pass(tracer: Tracer) -> str:
 
 
 def one_pass_alone(method: Method) -> str:
-    """Return a message for a method that runs only under ``loop``: it names methods to watch."""
+    """Return a message that names methods to watch, for a method that runs only under ``loop``."""
     relatives = " or ".join(watchable_relatives(method)) or "another method"
     return f"method {method.name} {_ALONE}; watch {relatives}"
 

@@ -66,7 +66,7 @@ def traced_programs(method: str, options: Mapping[str, Any] | None = None,
     Raises
     ------
     Error
-        as `Tracer` and its ``trace``
+        see `Tracer` and `Tracer.trace`
     """
     options = dict(options or {})
     gpu = open_gpu(options.get("context"))
@@ -104,7 +104,7 @@ def method_files(method: str) -> dict[str, tuple[str, ...]]:
     Raises
     ------
     Error
-        as `traced_programs`
+        see `traced_programs`
     """
     found: dict[str, tuple[str, ...]] = {}
     for schedule in find_method(method).schedules:
