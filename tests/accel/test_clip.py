@@ -1,5 +1,5 @@
-"""The bounds of clipped triangles equal the bounds of polygons that are cut by one plane after
-another, as in the method of Havran and Bittner."""
+"""The bounds of clipped triangles equal the bounds of polygons that are cut plane by plane, as in
+the method of Havran and Bittner."""
 from __future__ import annotations
 
 import numpy as np

@@ -187,8 +187,8 @@ def test_a_query_counts_several_draws_of_any_size(angle: Gpu, counted: FullScree
 
 def test_counts_begin_at_0_in_memory_that_held_other_values(
         angle: Gpu, counted: FullScreenPass) -> None:
-    """Counts begin at 0, even if the memory of the counts held infinities. The render target is
-    smaller than the viewport."""
+    """Counts begin at 0, even if the memory of the counts contained infinities. The render target
+    is smaller than the viewport."""
     size = 4096, 2
     counted.set(most=2)
     for _ in range(3):

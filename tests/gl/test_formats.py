@@ -84,9 +84,9 @@ def test_fp32_programs_do_not_round() -> None:
 
 LOWER = {"fp16-stored": {"storage": "fp16"}, "fp24-computed": {"arithmetic": "fp24"},
          "fp16-up": {"precision": "fp16", "rounding": "up"}}
-# Each case compiles its own programs. The quick suite therefore runs `step1` and `step16` with one
-# format each. It runs `kernels`, which has the most programs, with one format and three methods
-# (FAMILIES).
+# Each case compiles its own programs, so the quick suite runs `step1` and `step16` with one format
+# each. The schedule `kernels` has the most programs, so the quick suite runs `kernels` with one
+# format and three methods (FAMILIES).
 QUICK = {("fp16-stored", "step1"), ("fp24-computed", "step16")}
 FAMILIES = ("grid", "kd-backtrack", "bvh-threaded")
 IN_PASSES = [pytest.param(row.name, lower, name, id=f"{lower}-{name}-{row.name}",

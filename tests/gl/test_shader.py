@@ -39,7 +39,7 @@ def test_files_use_no_later_features(path) -> None:
         assert not re.search(r"texelFetch\([^)]*\*", code)
 
 
-# The file of a user's own method has an absolute path. Its header need not name a paper.
+# Headers of users' own methods, whose files have absolute paths, need not name a paper.
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()
                                     if not Path(row.glsl).is_absolute()])
 def test_headers_name_their_paper(method: str) -> None:
@@ -118,7 +118,7 @@ def test_compile_error_of_the_vertex_program_names_its_file(tmp_path) -> None:
 
 
 def test_unused_programs_leave_the_cache(tmp_path, monkeypatch, gpu: Gpu) -> None:
-    """The cache keeps all programs in use. It drops the unused programs that were requested
+    """The cache keeps all programs in use, and drops the unused programs that were requested
     longest ago."""
     monkeypatch.setattr(shader, "MOST_PROGRAMS", 10)
     monkeypatch.setattr(gpu, "programs", {})    # leave out the programs of other tests

@@ -209,8 +209,8 @@ def test_calls_that_are_not_kept_count_too(monkeypatch) -> None:
 
 @pytest.mark.parametrize("method", ["kd-restart", "kd-packet"])
 def test_a_picture_is_predicted_from_few_rays(method: str) -> None:
-    """`render` traces fewer rays than `predict`, and counts the issues of kernels only in the forms
-    that `render` prints."""
+    """`render` traces fewer rays than `predict`, and counts kernels only in the forms that
+    `render` prints."""
     with rt.Tracer("cornell", method, era="nv40") as tracer:
         with era_timed(tracer) as seen:
             tracer.render(size=(256, 256), samples=5)
