@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-MOST_ENTRIES = 8     # entries of a legend
-MOST_DIGITS = 3      # significant digits of a number at a tick
+MOST_ENTRIES = 8     # largest number of entries of a legend
+MOST_DIGITS = 3      # largest number of significant digits of a number at a tick
 NUMBER = re.compile(r"[−-]?\d[\d,]*(\.\d+)?")
 
 
@@ -67,7 +67,7 @@ def _ticks(axis: Any) -> Iterator[str]:
 
 
 def _round(text: str) -> bool:
-    """Returns whether a number has few digits, or is a power of two."""
+    """Returns whether a number is a power of two or has at most MOST_DIGITS significant digits."""
     digits = re.sub(r"[^\d]", "", text).strip("0")
     whole = re.sub(r"[^\d]", "", text) if "." not in text else ""
     return len(digits) <= MOST_DIGITS or bool(whole) and int(whole).bit_count() == 1

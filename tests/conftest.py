@@ -151,7 +151,8 @@ def precise_renderer(gpu: Gpu) -> Gpu:
 
 def _one_of(gpu: Gpu, names: tuple[str, ...]) -> Gpu:
     if not any(name in gpu.renderer for name in names):
-        pytest.skip(f"bits are compared on {' and '.join(names)} only, this is {gpu.renderer}")
+        pytest.skip(f"this test compares bits and runs only on {' and '.join(names)}; this "
+                    f"renderer is {gpu.renderer}")
     return gpu
 
 

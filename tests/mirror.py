@@ -1,5 +1,5 @@
-"""A numpy copy ("mirror") of the watertight test in `watertight.glsl`, operation by operation in
-float32. With ``contract``, the mirror contracts products into fused multiply-adds."""
+"""Mirror: computes the watertight test of `watertight.glsl` in numpy, operation by operation in
+float32. With ``contract``, the mirror fuses products and sums into multiply-adds."""
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ def pairs(corners: Array, origins: Array, directions: Array,
     ----------
     corners : (k, 3, 3) float32
     origins, directions : (k, 3) float32
-    contract : whether to fuse products, as a compiler may where `precise` does not forbid it
+    contract : whether to fuse products and sums, as a compiler may without `precise`
     """
     multiply_add = fused if contract else apart
     size = np.abs(directions)

@@ -2,7 +2,7 @@
 
 A page's blocks run in order, in one temporary folder. A block can therefore use files and names of
 earlier blocks. A ``sh`` block runs as a script of the shell, and ``python`` blocks share their
-names. Comments in the page, each on the line before a block, change what happens:
+names. A comment in the page, on the line before a block, changes how the block is run:
 
 ``<!-- not run: REASON -->``
     Skip the block: it needs a display or a network, or takes too long.
@@ -40,7 +40,7 @@ ROOT = Path(rt.__file__).parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs" / name
                                       for name in ("hardware.md", "replication.md")),
                 *ROOT.glob("docs/tour/*.md"), *ROOT.glob("docs/how-to/*.md")])
-# If a line begins with any other word, the block needs a reason why it is not run.
+# If a line begins with another word, the block needs a comment "not run" with a reason.
 COMMANDS = ("gpgpu-rt", "python", "mkdir", "cd", "cat", "ls", "echo")
 SECONDS = 180       # time limit of a ``sh`` block
 _OTHER_NAMES = ("bash", "shell", "console", "shell-session", "py", "python3", "pycon")
@@ -56,7 +56,7 @@ class Snippet:
     ----------
     page : the Markdown file
     line : the number of the block's first line of content, from 1
-    language : the word behind the fence, or ""
+    language : the word after the opening fence, or ""
     text : the content
     marker, value : the comment before the block, such as "test with" and "--size 64"; else ""
     """

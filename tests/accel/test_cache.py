@@ -69,7 +69,7 @@ def test_an_option_may_be_called_build_or_triangles(folder: Path) -> None:
     assert cached(build, triangles, triangles=3).resolution.tolist() == [3, 3, 3]
 
 
-def test_a_structure_of_ones_own_comes_back(folder: Path, monkeypatch, tmp_path) -> None:
+def test_a_structure_of_a_users_class_is_cached(folder: Path, monkeypatch, tmp_path) -> None:
     """`cached` stores and loads instances of a user's own class. A builder without a return
     annotation is an error."""
     (tmp_path / "heights.py").write_text(HEIGHTS)
@@ -85,8 +85,8 @@ def test_a_structure_of_ones_own_comes_back(folder: Path, monkeypatch, tmp_path)
 
 
 def test_builder_options_triangles_and_text_all_make_another_file(folder, monkeypatch) -> None:
-    """A new builder, option, triangle or source text makes a new file. An equal value of another
-    type, such as a list instead of an array, does not."""
+    """A new builder, option, triangle or source text makes a new file. A list in place of an equal
+    array makes no new file."""
     triangles = random_soup(40, 2)
     nudged = triangles.copy()
     nudged[-1, -1, -1] = np.nextafter(nudged[-1, -1, -1], np.float32(9))
@@ -105,7 +105,7 @@ def test_builder_options_triangles_and_text_all_make_another_file(folder, monkey
 
 
 def test_the_digest_follows_every_file_of_the_builders(tmp_path, monkeypatch) -> None:
-    """A builder's digest depends on each Python file in the folder of `cache`, and on the file of
+    """A builder's digest depends on each Python file in the folder of cache.py, and on the file of
     the builder's module."""
     monkeypatch.setattr(cache, "__file__", str(tmp_path / "cache.py"))
     digests = set()
@@ -152,7 +152,7 @@ def test_two_processes_may_store_at_once(folder: Path) -> None:
     assert torn == 0 and files(folder) == ["same.npz"]
 
 
-def test_a_folder_that_cannot_be_made_only_means_no_cache(tmp_path, monkeypatch) -> None:
+def test_a_chosen_folder_that_cannot_be_made_causes_a_warning(tmp_path, monkeypatch) -> None:
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path / "file"))
     for seed in (5, 6):
@@ -163,9 +163,8 @@ def test_a_folder_that_cannot_be_made_only_means_no_cache(tmp_path, monkeypatch)
                 for one in told] == [True] * (seed == 5)     # only the first build warns
 
 
-def test_the_folder_of_nobodys_choice_is_done_without_in_silence(tmp_path, monkeypatch) -> None:
-    """If the default folder cannot be made, there is no warning, because nobody chose this
-    folder."""
+def test_a_default_folder_that_cannot_be_made_turns_the_cache_off(tmp_path, monkeypatch) -> None:
+    """There is no warning, because the user did not choose the default folder."""
     (tmp_path / ".cache").write_text("in the way")
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.delenv("GPGPU_RT_CACHE", raising=False)
@@ -174,7 +173,7 @@ def test_the_folder_of_nobodys_choice_is_done_without_in_silence(tmp_path, monke
         cached(build_bvh, random_soup(30, 5))
 
 
-def test_a_home_that_is_not_there_is_told_of(monkeypatch) -> None:
+def test_an_unknown_home_folder_causes_a_warning(monkeypatch) -> None:
     """If GPGPU_RT_CACHE names the home of an unknown user, the cache is off, and a warning
     contains the name."""
     monkeypatch.setenv("GPGPU_RT_CACHE", "~nobody-of-that-name/cache")
@@ -192,8 +191,7 @@ def test_a_failed_write_leaves_nothing(folder: Path, monkeypatch) -> None:
     assert files(folder) == []
 
 
-def test_an_empty_name_turns_it_off(tmp_path, monkeypatch) -> None:
-    """An empty GPGPU_RT_CACHE turns the cache off."""
+def test_an_empty_folder_name_turns_the_cache_off(tmp_path, monkeypatch) -> None:
     monkeypatch.setenv("GPGPU_RT_CACHE", "")
     monkeypatch.chdir(tmp_path)
     cached(build_bvh, random_soup(30, 7))

@@ -1,5 +1,5 @@
-"""The bounds of clipped triangles equal the bounds of cut polygons. As in the method of Havran and
-Bittner, one plane after another cuts a polygon."""
+"""The bounds of clipped triangles equal the bounds of polygons that are cut plane by plane, as in
+the method of Havran and Bittner."""
 from __future__ import annotations
 
 import numpy as np
@@ -26,7 +26,7 @@ def cut(triangle: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 @pytest.mark.parametrize("size", [0.3, 1, 8])
-def test_bounds_are_those_of_the_cut_polygon(size: float, seed: int) -> None:
+def test_bounds_equal_the_bounds_of_the_cut_polygon(size: float, seed: int) -> None:
     """Bounds are right for triangles that are smaller than the box, and for larger triangles.
 
     All corners of the largest triangles lie outside the box. If one of these triangles meets the

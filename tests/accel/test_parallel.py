@@ -104,7 +104,7 @@ def assert_nothing_left(blocks: list[str]) -> None:
     (41, {}, 2), (42, {"split": "exact", "clip": False}, 2),
     pytest.param(43, {"bins": 7, "max_depth": 9}, 5, marks=pytest.mark.full)],
     ids=["seed41-2", "seed42-exact-2", "seed43-5"])
-def test_the_tree_is_that_of_one_process(blocks, seed: int, options: dict, workers: int) -> None:
+def test_workers_build_the_same_tree(blocks, seed: int, options: dict, workers: int) -> None:
     triangles = random_soup(3000, seed, size=0.03)
     one = build_kdtree(triangles, **options)
     several = build_kdtree(triangles, workers=workers, **options)
@@ -115,15 +115,14 @@ def test_the_tree_is_that_of_one_process(blocks, seed: int, options: dict, worke
 
 
 @pytest.mark.parametrize("count", [0, 1, 9])
-def test_a_tree_that_has_no_subtrees_to_deal_out(count: int) -> None:
+def test_workers_build_the_same_tree_of_few_triangles(count: int) -> None:
     triangles = random_soup(count, 44)
     one, several = (build_kdtree(triangles, workers=w) for w in (1, 3))
     assert np.array_equal(one.references, several.references)
     assert not processes()
 
 
-def test_beside_a_context_and_not_in_the_cache_s_name(precise_renderer, tmp_path,
-                                                      monkeypatch) -> None:
+def test_workers_build_beside_a_context(precise_renderer, tmp_path, monkeypatch) -> None:
     """Workers can build while an OpenGL context is open. The name of the cache file does not
     contain the number of workers."""
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path))
@@ -137,7 +136,7 @@ def test_beside_a_context_and_not_in_the_cache_s_name(precise_renderer, tmp_path
     assert hits[0].hit.any() and len(list(tmp_path.glob("*.npz"))) == 1
 
 
-def test_a_worker_that_dies_is_one_clear_line_and_leaves_nothing(blocks) -> None:
+def test_a_worker_that_dies_causes_an_error_of_one_line_and_leaves_nothing(blocks) -> None:
     triangles = random_soup(3000, 47, size=0.03)
     rules = Deadly(Costs(1, 2, 0.2), "binned", 8, 20, padding(triangles))
     with pytest.raises(rt.Error, match="workers=1") as failure:
@@ -157,7 +156,7 @@ def test_a_worker_s_own_error_comes_back_and_leaves_nothing(blocks, monkeypatch)
     assert_nothing_left(blocks)
 
 
-def test_no_room_in_shared_memory_is_one_clear_line(monkeypatch) -> None:
+def test_full_shared_memory_is_a_limit_error(monkeypatch) -> None:
     def none(*arguments: object, **more: object) -> None:
         raise OSError(28, "No space left on device")
     monkeypatch.setattr(shared, "SharedMemory", none)
@@ -183,7 +182,7 @@ def test_scripts(tmp_path, guard: str, right: bool) -> None:
 
 
 @pytest.mark.parametrize("workers", [0, 1.5, "two", 257])
-def test_numbers_of_workers_that_are_none(workers) -> None:
+def test_wrong_numbers_of_workers_are_refused(workers) -> None:
     """`workers` must be a whole number from 1 to 256."""
     with pytest.raises(rt.OptionError, match="workers"):
         build_kdtree(random_soup(3, 50), workers=workers)

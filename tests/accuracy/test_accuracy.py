@@ -79,7 +79,7 @@ def test_a_miss_inside_a_closed_mesh_is_a_leak(known, kind: str) -> None:
     assert not found.categories[WITHIN_BOUND].any()
 
 
-def test_a_leak_to_what_lies_behind(ball) -> None:
+def test_a_leak_to_the_back_of_the_mesh_is_wrong(ball) -> None:
     """A ray from outside that leaks through an edge of the front hits the back of the mesh.
 
     This hit counts as wrong. For each front triangle alone, float32's error bounds would excuse a
@@ -264,7 +264,7 @@ def test_several_methods_are_named_together_or_one_by_one(capsys) -> None:
         capsys.readouterr().out)["rows"]} == {4}
 
 
-def test_of_all_methods_those_are_left_out_that_refuse_an_option(ball) -> None:
+def test_methods_that_lack_an_option_are_left_out(ball) -> None:
     """Without a list of methods, `accuracy` leaves out methods that lack a given option, and
     names these methods."""
     told: list[str] = []

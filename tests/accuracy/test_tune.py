@@ -52,7 +52,7 @@ def test_bounds_hold_their_probability(faults: int, rays: int) -> None:
     assert lower_confidence(0, rays) == 0
 
 
-def test_rays_that_a_bound_takes() -> None:
+def test_the_number_of_rays_that_proves_a_bound() -> None:
     """If no ray is wrong, `rays_needed` is the smallest number of rays that proves the bound."""
     assert rays_needed(1e-5) == 299_572
     for share in (1e-5, 1e-3, 0.3):
@@ -65,7 +65,7 @@ def test_rays_that_a_bound_takes() -> None:
     ({"max_wrong": 1e-9}, "more than the limit"), ({"max_t_error": 0}, "max_t_error"),
     ({"t_quantile": 1}, "t_quantile"), ({"max_bytes": 0}, "max_bytes"),
     ({"kinds": ("ey",)}, "did you mean eye")])
-def test_promises_that_cannot_be(changes: dict, message: str) -> None:
+def test_impossible_promises_are_refused(changes: dict, message: str) -> None:
     with pytest.raises(rt.OptionError, match=message):
         Promise(**{**LOOSE, **changes})
 
@@ -78,7 +78,7 @@ def found_of(errors: np.ndarray, wrong: int = 0, quantile: float = 0.99) -> Find
     return Finding.of(Answers(masks, errors, errors, errors), quantile)
 
 
-def test_t_is_decided_by_the_quantiles_bound() -> None:
+def test_errors_of_t_are_judged_by_confidence_bounds() -> None:
     """`misses` uses the upper bound on the share of rays whose error of t is too large.
     `is_hopeless` uses the lower bound on this share."""
     promise = Promise(**{**LOOSE, "max_t_error": 0.5})
@@ -96,7 +96,7 @@ def test_t_is_decided_by_the_quantiles_bound() -> None:
     assert found_of(np.full(9, np.nan)).t_error == math.inf
 
 
-def test_wrong_is_decided_by_the_upper_bound() -> None:
+def test_the_share_of_wrong_rays_is_judged_by_its_upper_bound() -> None:
     promise = Promise(**LOOSE)
     assert not found_of(np.zeros(2000), 10).misses(promise, 0)
     finding = found_of(np.zeros(2000), 18)  # 0.9 %, but the upper bound is 1.3 %
@@ -149,7 +149,7 @@ def few_rays(monkeypatch) -> None:
 
 @pytest.mark.parametrize("seed, method", [
     (1, "bvh-threaded"), pytest.param(2, "grid", marks=pytest.mark.full)])
-def test_the_chosen_keeps_its_promise(ball, few_rays, seed: int, method: str) -> None:
+def test_the_chosen_settings_keep_their_promise(ball, few_rays, seed: int, method: str) -> None:
     lines: list[str] = []
     found = tune(ball, Promise(**LOOSE), rays=100, seed=seed, names=[method], budget=40,
                  report=lines.append)
@@ -176,8 +176,8 @@ def test_the_chosen_keeps_its_promise(ball, few_rays, seed: int, method: str) ->
     json.dumps(found.to_dict())
 
 
-def test_what_is_traced_keeps_the_promise(ball, few_rays) -> None:
-    """The settings hold one method for coherent rays and one for incoherent rays. A tracer that
+def test_a_tracer_with_two_methods_keeps_the_promise(ball, few_rays) -> None:
+    """The settings name a method for coherent rays and a method for incoherent rays. A tracer that
     picks between the two methods keeps the promise. The test traces eye rays and random rays in
     separate calls."""
     found = tune(ball, Promise(**LOOSE), names=["bvh-threaded", "bvh-packet"], budget=0)
@@ -194,9 +194,10 @@ def test_what_is_traced_keeps_the_promise(ball, few_rays) -> None:
 
 @pytest.mark.parametrize("changes", [{"kinds": ("random", "edges")}, {"kinds": ("eye",)},
                                      {"max_bytes": 10 ** 9}])
-def test_one_choice_where_two_cannot_be_told_or_held(changes: dict) -> None:
-    """The tuner splits a promise into two: for coherent and for incoherent rays. It does not split
-    a promise without eye rays, without random rays, or with a limit of texture bytes."""
+def test_promises_that_are_not_split(changes: dict) -> None:
+    """The tuner splits a promise into a promise for coherent rays and a promise for incoherent
+    rays. A promise without eye rays, without random rays, or with a limit of texture bytes is not
+    split."""
     promise = Promise(**LOOSE, **changes)
     assert promise.split() == {"all": (promise, None)}
 
@@ -230,10 +231,10 @@ def test_proof_and_confirmation_decide(ball) -> None:
 
 @pytest.mark.parametrize("kinds, timed_on", [(("eye", "vertices"), "eye"),
                                              (("vertices",), None)])
-def test_a_rate_is_of_neither_the_first_run_nor_an_odd_one(ball, few_rays, monkeypatch,
-                                                           kinds: tuple, timed_on: str) -> None:
-    """Neither the first run nor one slow run changes a rate. The first run takes 100 s, as if it
-    compiled programs. The second run takes 50 s, as an outlier. All other runs take 1 s."""
+def test_neither_the_first_run_nor_a_slow_run_changes_a_rate(ball, few_rays, monkeypatch,
+                                                             kinds: tuple, timed_on: str) -> None:
+    """The first run takes 100 s, as if it compiled programs. The second run takes 50 s, as an
+    outlier. All other runs take 1 s."""
     trace, ahead = KnownRays.trace, {}
 
     def timed(self, tracer, part=slice(None)):
@@ -300,7 +301,7 @@ def test_tune_command(few_rays, capsys, tmp_path, monkeypatch) -> None:
 @pytest.mark.once
 def test_a_promise_of_1e_5_holds_on_20_seeds() -> None:
     """The chosen settings keep bounds of 1e-5 on new rays from 20 other seeds. Each seed gives as
-    many rays as the tuner used."""
+    many rays as the tuner's proof used."""
     scene = rt.load_scene("bunny")
     found = tune(scene, Promise(1e-5, 1e-5), seed=0)
     for search in found.searches:

@@ -54,7 +54,7 @@ def test_engines_answer_the_same_question(engine, kind: str) -> None:
     assert (found == ours).mean() > (0.99 if rays.any_hit else 0.97)
 
 
-def test_compact_rays_are_those_of_pixels_with_one() -> None:
+def test_compact_drops_pixels_without_a_ray() -> None:
     """A ray with a NaN component or a zero direction marks a pixel without a ray. `compact` drops
     such rays."""
     nan = np.float32(np.nan)
@@ -113,7 +113,7 @@ def test_embree_in_c_tells_of_a_failed_compilation(monkeypatch, tmp_path) -> Non
         embree_in_c._library.cache_clear()
 
 
-def test_an_engine_of_few_rays_says_of_how_many(capsys) -> None:
+def test_a_title_gives_the_number_of_traced_rays(capsys) -> None:
     """If an engine traces only a part of the rays, its title gives the number of these rays."""
     own = next(one for one in ENGINES if one.name == OWN)
     if own.missing:
@@ -127,7 +127,7 @@ def test_an_engine_of_few_rays_says_of_how_many(capsys) -> None:
     assert f"{OWN}, 100 of 576 rays" in capsys.readouterr().out
 
 
-def test_a_race_takes_ratios_turn_by_turn() -> None:
+def test_a_race_has_a_ratio_for_each_round() -> None:
     """In each round, a race divides embreex's seconds by the seconds of each entry."""
     entries = race("cornell", RAY_SETS["eye"], [("grid", {}), ("bvh-threaded", {"octants": True})],
                    SIZE, 2, [one for one in ENGINES if one.name == EMBREE])
@@ -145,7 +145,7 @@ def _entry(name: str, seconds: list[float], over: list[float]) -> Entry:
 
 @pytest.mark.parametrize("over, verdict", [
     ([1.1, 1.5, 2.0], "faster"), ([0.9, 0.5, 0.99], "slower"), ([0.9, 1.1, 3], "not told apart")])
-def test_verdicts_need_every_turn(over: list[float], verdict: str) -> None:
+def test_a_verdict_needs_every_round(over: list[float], verdict: str) -> None:
     """A method gets the verdict "faster" only if it is faster in every round. The same rule holds
     for "slower"."""
     assert _entry("grid", [1, 1, 1], over).verdict() == verdict
@@ -153,7 +153,7 @@ def test_verdicts_need_every_turn(over: list[float], verdict: str) -> None:
 
 @pytest.mark.parametrize("seconds, why", [([1, 1.2, 1.1], ""), ([1, 1.6, 1.1], "too busy"),
                                           ([1, 1], "2 runs cannot decide")])
-def test_a_noisy_machine_gives_none(seconds: list[float], why: str) -> None:
+def test_a_busy_machine_gives_no_verdict(seconds: list[float], why: str) -> None:
     """There is no verdict on a busy machine, from fewer than 3 runs, or without embreex."""
     assert why in too_noisy([_entry(EMBREE, seconds, seconds)])
     assert bool(too_noisy([_entry(EMBREE, seconds, seconds)])) == bool(why)
@@ -215,14 +215,14 @@ def test_the_set_up_page_names_columns_that_the_table_has(apart: list[Entry], ca
     assert len(named) == 4 and set(named) <= set(heads)
 
 
-def test_the_chart_says_what_the_table_does(apart: list[Entry], tmp_path) -> None:
+def test_the_chart_has_the_entries_of_the_table(apart: list[Entry], tmp_path) -> None:
     pytest.importorskip("matplotlib")
     from gpgpu_rt.bench.chart import draw
     draw([("box", "mirror rays of 64 x 64 pixels", apart),
           ("box", "eye rays", [_entry("grid", [1.0, 1.0, 1.0], [])])],
          str(tmp_path / "b.svg"), "llvmpipe, on 2 threads")
-    # The SVG draws text as outlines. A comment beside each outline holds the text. The chart's
-    # lowest bar comes first.
+    # The SVG draws text as outlines. A comment beside each outline contains the text. The first
+    # bar in the file is the chart's lowest bar.
     texts = [line.strip()[5:-4] for line in (tmp_path / "b.svg").read_text().splitlines()
              if line.strip().startswith("<!--")]
     assert [text for text in texts if text.startswith(("grid", "embree", "bvh"))] == [
@@ -276,8 +276,8 @@ def test_an_engine_that_cannot_be_imported_is_left_out(capsys, tmp_path, monkeyp
     assert "cornell, eye rays: no verdict: embreex did not run" in err
 
 
-def test_a_kind_of_rays_is_raced_once_and_a_scene_told_of_once(capsys, tmp_path) -> None:
-    """A kind of rays that is named twice is raced once. A bad scene gives one line of error."""
+def test_repeated_kinds_of_rays_and_bad_scenes(capsys, tmp_path) -> None:
+    """A kind of rays that is named twice is raced once. A bad scene gives an error of one line."""
     bench = ["bench", "cornell", "--size", "8", "--runs", "1", "-m", "grid", "--json"]
     assert cli.main([*bench, "--rays", "random,eye,random"]) == 0
     assert [one["rays"] for one in json.loads(capsys.readouterr().out)["races"]] == [
@@ -293,7 +293,7 @@ def test_a_kind_of_rays_is_raced_once_and_a_scene_told_of_once(capsys, tmp_path)
 def test_the_renderers_threads_are_counted(asked: str, threads: int) -> None:
     assert threads_of("GeForce 8800 GTX/PCIe/SSE2") is None and threads_of("softpipe") == 1
     if "llvmpipe" not in open_gpu().renderer or not os.path.isdir("/proc/self/task"):
-        pytest.skip("llvmpipe's threads are seen on Linux")
+        pytest.skip("only the threads of llvmpipe on Linux can be counted")
     program = ("import gpgpu_rt as rt; from gpgpu_rt.gl.context import open_gpu, threads_of; "
                "rt.Tracer('cornell', 'brute-force').trace([[0, 0, 0]], [[0, 0, -1]]); "
                "print(threads_of(open_gpu().renderer))")
@@ -312,8 +312,7 @@ def test_mistakes_are_one_line(capsys, words: list[str], message: str) -> None:
     assert message in capsys.readouterr().err
 
 
-def test_a_race_refuses_an_image_that_is_none() -> None:
-    """An image with a negative number of pixels is an error."""
+def test_a_race_refuses_a_negative_number_of_pixels() -> None:
     with pytest.raises(rt.Error, match="cannot have -3 pixels"):
         race("cornell", RAY_SETS["eye"], [("grid", {})], -3, 1, ())
 

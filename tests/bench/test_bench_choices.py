@@ -1,4 +1,5 @@
-"""`gpgpu-rt bench`: the choice of engines, the counted work, and what remains after a failure."""
+"""`gpgpu-rt bench`: the choice of engines, the counted work, and the results that are printed
+after a failure."""
 from __future__ import annotations
 
 import datetime
@@ -17,7 +18,8 @@ SIZE = 24
 
 
 def test_trimeshs_engine_gets_its_rays_in_blocks(monkeypatch) -> None:
-    """All rays are traced, in small blocks. One block of 1,024 rays in a room needed 20 GB."""
+    """All rays are traced, in small blocks. A block of 1,024 rays in a scene of a room needed
+    20 GB."""
     own = next(one for one in ENGINES if one.name == OWN)
     if own.missing:
         pytest.skip(own.missing)
@@ -60,13 +62,13 @@ def test_statistics_count_the_work_per_ray(kind: str, capsys) -> None:
     assert cli.main(arguments) == 0
     out = capsys.readouterr().out
     assert "triangles tested" in out
-    assert "embreex" not in out, "without an engine, nothing is said about a comparison"
+    assert "embreex" not in out, "the output names an engine that did not run"
 
 
 def test_the_json_says_how_to_repeat_the_run(capsys) -> None:
     """The JSON has the command line, the date and the number of rounds. An entry has the defaults
-    of its options, and the quartiles of its times. Without embreex there is no verdict, so the
-    field `too_noisy`, which says why a verdict is impossible, is empty."""
+    of its options, and the quartiles of its times. The field `too_noisy`, which says why a
+    comparison with embreex has no verdict, is empty, because embreex does not run."""
     words = ["bench", "cornell", "--size", "8", "--runs", "3", "-m", "grid", "--resolution", "4",
              "--engine", "none", "--json"]
     before = datetime.datetime.now(datetime.timezone.utc)

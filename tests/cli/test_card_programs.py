@@ -167,8 +167,8 @@ def test_a_scene_with_too_many_triangles_gets_no_time(capsys, tmp_path) -> None:
 
 
 def test_a_time_names_its_form_its_rays_and_the_size(capsys, tmp_path) -> None:
-    """The output has a line for the form whose times the figures compare with the papers' times,
-    and a line for the form in which the kernels ran."""
+    """A line of the output gives the form whose times the figures compare with the papers' times.
+    Another line gives the form in which the kernels ran."""
     step, passes = (line for line in _rendered(capsys, tmp_path, "--era", "nv40").splitlines()
                     if "would have taken" in line)
     assert "form step: " in step and "era_machine` compares" in step and "as here" not in step

@@ -224,7 +224,7 @@ def test_a_report_names_what_it_draws_in_words(tmp_path: Path, monkeypatch) -> N
     assert told and not any(sign in line for line in told for sign in "()'")
 
 
-# Other types, through the Python API -----------------------------------------------------------
+# Values of a wrong type, through the Python API ------------------------------------------------
 
 @pytest.mark.parametrize("wrong", [5, 1.5, True, b"egl", object(), [], {}, ("a",), {"a"}],
                          ids=lambda value: type(value).__name__)

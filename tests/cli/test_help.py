@@ -30,7 +30,7 @@ def told(capsys, monkeypatch):
 
 def words_in(text: str) -> set[str]:
     """Returns the long options, such as --octants, that begin a line of a help text. A short form
-    such as -m may stand before the long option."""
+    such as -m may precede the long option."""
     return set(re.findall(r"^  (?:-\w(?: \S+)?, )?(--[a-z-]+)", text, re.M))
 
 
@@ -50,7 +50,7 @@ def test_the_commands_with_tables_of_options_are_known() -> None:
 
 
 @pytest.mark.parametrize("command", LONG)
-def test_every_option_is_in_one_of_the_three(told, command: str) -> None:
+def test_help_all_lists_every_option(told, command: str) -> None:
     """--help-all lists every option. --help lists the common options of the tracer and all but a
     few of the command's own options."""
     short, full = words_in(told(command, "--help")), words_in(told(command, "--help-all"))

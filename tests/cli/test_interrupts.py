@@ -137,8 +137,8 @@ def test_no_interrupt_is_lost(within: str, sleep: float, loading: str, tmp_path)
 
 
 def test_a_command_that_ignores_interrupts_goes_on(tmp_path) -> None:
-    """If a parent process makes a command ignore SIGINT, the command continues. A shell script
-    does so when it starts a command with `&`."""
+    """If a parent process makes a command ignore SIGINT, as a shell script does with `&`, the
+    command continues."""
     code = LOSING.format("signal.raise_signal(signal.SIGINT)", 0, "")
     done = subprocess.run([sys.executable, "-c", "import signal\n"
                            "signal.signal(signal.SIGINT, signal.SIG_IGN)\n" + code],

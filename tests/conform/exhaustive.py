@@ -1,9 +1,9 @@
 """Exhaustive search: finds nearest hits in integer arithmetic. If a ray's line meets a triangle's
 box, the search tests the triangle, unless float64 already proves a miss.
 
-`nearest` has an argument ``tree``. If it is False, the search has a slab test of its own and
-shares no code with `gpgpu_rt.reference`. If it is True, the search finds candidates in the
-reference's tree of boxes and is ten times as fast.
+If the argument ``tree`` of `nearest` is False, the search has a slab test of its own and shares no
+code with `gpgpu_rt.reference`. If ``tree`` is True, the search finds candidates in the reference's
+tree of boxes and is ten times as fast.
 
 A ray's line meets a triangle if no two of three volumes have different signs. Each volume is
 spanned by the ray's direction and by two corners, relative to the origin. The reference uses
@@ -30,8 +30,8 @@ def nearest(triangles: np.ndarray, origins: np.ndarray, directions: np.ndarray,
                                *search(triangles, origins, directions))
     best = [None] * n
     exact = volumes(triangles[triangle], origins[ray], directions[ray])
-    # The t of a hit is the fraction above / below of two integers. `outside` also turns t_min and
-    # t_max into fractions. Compare fractions exactly, by products of integers.
+    # The t of a hit is the fraction above / below of two integers. `outside` also converts t_min
+    # and t_max to fractions. Compare fractions exactly, by products of integers.
     for one, which, above, below in zip(ray.tolist(), triangle.tolist(), *exact):
         if not below or outside(above, below, first[one], last[one]):
             continue

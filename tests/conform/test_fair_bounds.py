@@ -1,9 +1,9 @@
-"""The suite's error bounds hold for every triangle test of the project.
+"""The suite's error bounds for fair engines hold for every triangle test of the project.
 
-The bounds are those of fair engines. A fair engine rounds like float32, but its errors may be up
-to 16 times as large, because it may lose four more bits. Its rays may pass between two triangles
-at their common edge, and then hit nothing or a triangle behind both. But no triangle test has a
-false hit or a wrong t, except at slivers and at tiny triangles far from the ray.
+A fair engine rounds like float32, but its errors may be up to 16 times as large, because it may
+lose four more bits. The rays of a fair engine may pass between two triangles at their common
+edge, and then hit nothing or a triangle behind both. But no triangle test has a false hit or a
+wrong t, except at slivers and at tiny triangles far from the ray.
 """
 from __future__ import annotations
 

@@ -36,11 +36,11 @@ def test_the_scene_does_not_depend_on_the_number_of_rays(name: str) -> None:
 
 
 def check_exact(name: str, rays: int, seed: int, tree: bool = False) -> None:
-    """Compare the answers of two computations. Without ``tree``, they share no code but numpy.
-    With ``tree``, both find candidates in the reference's tree of boxes.
+    """Compare the answers of two computations, which share no code but numpy if ``tree`` is False.
+    With ``tree``, both computations find candidates in the reference's tree of boxes.
 
-    The first computation is the reference. It uses float64 with error bounds, and integers where
-    the bounds do not decide. The second is `nearest`. If the ray's line meets a triangle's box,
+    The first computation, the reference, uses float64 with error bounds, and integers where the
+    bounds do not decide. The second is `nearest`. If the ray's line meets a triangle's box,
     `nearest` tests the triangle in integers, unless float64 already proves a miss.
     """
     case = make_case(name, rays, seed)

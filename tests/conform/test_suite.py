@@ -138,7 +138,8 @@ def test_a_crash_is_counted(engine, body: str, reason: str) -> None:
     with Runner(seconds=2) as runner:
         with pytest.raises(Crash, match=reason.replace("(", r"\(").replace(")", r"\)")):
             runner.trace(spec, case)
-        # After a crash, the runner traces again. If its process has ended, it starts a new one.
+        # After a crash, the runner traces again. If its process has ended, the runner starts a new
+        # process. The hanging engine skips this check.
         answers, _ = runner.trace(Spec(METHOD, "brute-force"), case) if "60" not in body else (
             EngineAnswers(np.zeros(4)), 0)
         assert len(answers.triangle) == 4
@@ -284,7 +285,7 @@ def test_the_length_of_a_direction_changes_no_verdict(length: float) -> None:
     directions = np.float32([[0, 0, -1]]) * np.float32(length)
     for triangles, must in ((QUAD, True), (QUAD[:1], False)):
         known = reference.acceptance(triangles, [[0.5, 0.5, 1]], directions)
-        fits = 1 / length < 3e38    # otherwise float32 cannot hold t, and a miss is right, too
+        fits = 1 / length < 3e38    # otherwise t overflows float32, and a miss is right, too
         assert known.must_hit[0] == (must and fits)
 
 

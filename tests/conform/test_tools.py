@@ -36,7 +36,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("name", ["sphere-edges", "intervals", "coincident"])
-def test_both_files_hold_the_same(exported: Path, name: str) -> None:
+def test_both_files_have_the_same_content(exported: Path, name: str) -> None:
     told = json.loads((exported / f"{name}.json").read_text())
     known = Known.of(name, 40, 1)
     with np.load(exported / f"{name}.npz") as arrays:
@@ -170,7 +170,8 @@ def test_mistakes_get_one_line(tmp_path: Path, capsys: pytest.CaptureFixture, wo
 
 @pytest.fixture
 def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Writes a user's module to the working directory; returns the name of the module."""
+    """Writes a user's module to a folder, makes this folder the working directory, and returns the
+    module's name."""
     (tmp_path / "own_tracer.py").write_text(
         "import numpy as np\nno_function = 3\n"
         "def indices(triangles, origins, directions):\n    return np.full(len(origins), -1)\n"

@@ -182,7 +182,7 @@ def test_what_a_header_declares_is_checked_first(what: str, tmp_path: Path, monk
     (tmp_path / name).write_bytes(content())
 
     def load(*given, **more):
-        raise AssertionError("trimesh was asked to allocate it")
+        raise AssertionError("trimesh was called and would allocate the declared size")
     monkeypatch.setattr(trimesh, "load_scene", load)
     with pytest.raises(rt.SceneError, match="declares|counts|ends after"):
         rt.load_scene(tmp_path / name)
@@ -217,7 +217,7 @@ def test_a_large_image_is_refused_by_its_header(tmp_path: Path) -> None:
         rt.load_scene(tmp_path / "m.obj")
 
 
-def test_the_texels_of_an_image_are_as_they_were() -> None:
+def test_texels_follow_the_srgb_formula() -> None:
     """The lookup table from bytes to linear values equals the sRGB formula in float64, rounded to
     float32 and then to float16."""
     image = Image.fromarray(np.random.default_rng(3).integers(0, 256, (9, 7, 3)).astype(np.uint8))
@@ -305,14 +305,14 @@ def test_a_fifo_is_refused(command: list[str], tmp_path: Path, capsys) -> None:
     assert status == 1 and error.count("\n") == 1 and ("FIFO" in error or "device" in error)
 
 
-def test_cameras_in_a_fifo_are_passed_over(tmp_path: Path) -> None:
+def test_cameras_in_a_fifo_are_ignored(tmp_path: Path) -> None:
     trimesh.creation.box().export(tmp_path / "m.ply")
     os.mkfifo(tmp_path / "cameras.json")
     found = within_seconds(60, lambda: rt.load_scene(tmp_path / "m.ply"))
     assert isinstance(found, rt.Scene)
 
 
-def test_names_that_no_file_has_are_told() -> None:
+def test_names_that_no_file_can_have_raise_an_error() -> None:
     """A name that no file can have raises an OSError, as a missing file does."""
     for name in ("a\0b", "x" * 5000):
         with pytest.raises(OSError):
@@ -339,7 +339,7 @@ def test_a_name_that_is_not_utf_8_is_read_and_written(tmp_path: Path, monkeypatc
 @pytest.mark.parametrize("output, message", [
     ("{}/f%999999d.png", "at most 9 digits"), ("/dev/", "choose another folder"),
     ("/dev/f_%04d.png", "choose another folder"), ("/dev/x.gif", "choose another folder")])
-def test_frames_are_not_put_anywhere(output: str, message: str, tmp_path: Path, capsys) -> None:
+def test_bad_frame_names_are_refused(output: str, message: str, tmp_path: Path, capsys) -> None:
     assert main(["render", "cloth", "--frames", "1", "--size", "8", "-o",
                  output.replace("{}", str(tmp_path))]) == 1
     error = capsys.readouterr().err

@@ -51,7 +51,7 @@ def another(monkeypatch) -> None:
     monkeypatch.setattr(os, "geteuid", lambda: 54321)
 
 
-def test_a_link_in_the_place_of_what_is_unfinished_is_refused(tmp_path: Path, capsys) -> None:
+def test_a_link_in_place_of_the_unfinished_folder_is_refused(tmp_path: Path, capsys) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "00001.png").write_bytes(b"precious")
     (tmp_path / "x.gif.unfinished").symlink_to(tmp_path / "mine")
@@ -98,7 +98,7 @@ def test_an_own_folder_is_for_this_user_alone(temporary: Path) -> None:
 
 
 @pytest.mark.parametrize("what", ["link", "folder", "fifo"])
-def test_what_is_no_lock_is_named(what: str, temporary: Path) -> None:
+def test_the_path_of_a_wrong_lock_file_is_named(what: str, temporary: Path) -> None:
     """A link, a folder or a FIFO in the place of the lock file is an error that gives the path."""
     path = machine._file()
     if what == "link":
@@ -114,7 +114,7 @@ def test_what_is_no_lock_is_named(what: str, temporary: Path) -> None:
 
 # The cache --------------------------------------------------------------------------------------
 
-def test_a_cache_of_another_user_is_not_believed(tmp_path: Path, monkeypatch) -> None:
+def test_a_cache_of_another_user_is_not_used(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path))
     triangles = random_soup(30, 1)
     cached(build_bvh, triangles)
@@ -144,8 +144,8 @@ def test_names_from_other_machines_stay_in_the_cache(tmp_path: Path, monkeypatch
 
 @pytest.mark.parametrize("build, kind", BUILT)
 @pytest.mark.parametrize("count", [0, 1, 2, 300])
-def test_what_was_built_is_sound(build, kind: str | None, count: int, tmp_path: Path,
-                                 monkeypatch) -> None:
+def test_built_structures_are_sound(build, kind: str | None, count: int, tmp_path: Path,
+                                    monkeypatch) -> None:
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path))
     triangles = random_soup(count, 4) if count else np.zeros((0, 3, 3), np.float32)
     structure = built(build, kind, triangles)
@@ -165,10 +165,10 @@ HARM = {
 
 @pytest.mark.parametrize("harm", HARM)
 @pytest.mark.parametrize("build, kind", [(b, k) for b, k in BUILT if k in ("sah", None)])
-def test_indices_that_lead_astray_are_not_believed(build, kind: str | None, harm: str,
-                                                   tmp_path: Path, monkeypatch) -> None:
+def test_structures_with_wrong_arrays_are_not_loaded(build, kind: str | None, harm: str,
+                                                     tmp_path: Path, monkeypatch) -> None:
     """A structure with wrong indices, or with an array of a wrong shape or type, is not loaded. A
-    checksum shows that a file is complete, but not that the file holds a valid tree."""
+    checksum shows that a file is complete, but not that the file contains a valid tree."""
     monkeypatch.setenv("GPGPU_RT_CACHE", str(tmp_path))
     structure = built(build, kind, random_soup(40, 2))
     whole = {name: np.asarray(value) for name, value in vars(structure).items()}
@@ -183,7 +183,7 @@ def test_indices_that_lead_astray_are_not_believed(build, kind: str | None, harm
         assert cache._load(tmp_path / "x.npz", type(structure), 39) is None, name
 
 
-def test_a_tree_that_turns_back_is_not_believed(tmp_path: Path, monkeypatch) -> None:
+def test_a_tree_with_a_cycle_or_a_wrong_depth_is_unsound(tmp_path: Path, monkeypatch) -> None:
     """A kd-tree is unsound if a node's child is the root or a child of another node, or if the
     depth is wrong."""
     structure = build_kdtree(random_soup(40, 2))

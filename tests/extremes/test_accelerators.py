@@ -1,5 +1,6 @@
-"""Tests rows 24 to 40 of the catalogue (`gpgpu_rt/conform/families.py`). These rows are hard cases
-for kd-trees, grids, BVHs and step caps. Two tests read the traversal states after each step."""
+"""Tests nine of the rows 24 to 40 of the catalogue (`gpgpu_rt/conform/families.py`). These rows
+are hard cases for kd-trees, grids, BVHs and step caps. Two tests read the traversal states after
+each step."""
 from __future__ import annotations
 
 import numpy as np
@@ -63,8 +64,8 @@ def plane_rays(tree: KdTree, n: int, rng: np.random.Generator) -> tuple[np.ndarr
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 @pytest.mark.parametrize("method", KD)
 def test_rows_24_and_25_rays_from_split_planes(precise_renderer, method: str, seed: int) -> None:
-    """The steps of rays that start on split planes are bounded, and the hits are those of brute
-    force."""
+    """The steps of rays that start on split planes are bounded, and the hits equal the hits of
+    brute force."""
     case = make_case("spanning", 1, seed)
     with rt.Tracer(case.scene, method, statistics=True) as tracer:
         tree = tracer.accelerator.structure
@@ -177,7 +178,7 @@ def test_grids_visit_the_exact_cells(method: str, name: str, row: int, share: fl
     pytest.param(name, options, id="-".join([name, *map(str, options.values())]))
     for name in BVH if not ROWS[name].single  # no packets: their rays visit nodes together
     for options in variants(name) if set(options) <= {"quantise_nodes"}])
-def test_rows_31_and_32_nodes_visited_contain_the_exact_ones(method: str, options: dict, far: bool,
+def test_rows_31_and_32_rays_visit_every_node_that_they_meet(method: str, options: dict, far: bool,
                                                              seed: int) -> None:
     """Rays aim at the corners of boxes. A float64 test finds the nodes whose boxes a ray meets
     before its hit, and the ray must visit all of these nodes. This also holds for quantised nodes,
@@ -280,7 +281,7 @@ def test_row_40_rays_at_the_cap_are_flagged(method: str, schedule: str) -> None:
             hits = tracer.trace(case.origins, case.directions)
         flagged = hits.status == 2
         assert not flagged[whole.steps < cap].any()
-        if ROWS[method].single:  # one ray may have finished before its packet stops
+        if ROWS[method].single:  # a ray may have its final hit before its packet stops
             assert (flagged | (hits.triangle == whole.triangle)).all()
         else:
             assert flagged[whole.steps > cap].all()

@@ -31,7 +31,7 @@ def needles(power: int, rng: np.random.Generator) -> Case:
 
 
 def planes(power: int, rng: np.random.Generator) -> Case:
-    """Returns rays that meet an oblique square at an angle of 10^-power."""
+    """Returns rays that meet an oblique square at an angle of 10^-power radians."""
     first = directions(rng, 1)
     normal = unit(cross(first, directions(rng, 1)))
     second = cross(normal, first)

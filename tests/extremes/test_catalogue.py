@@ -88,17 +88,16 @@ def test_brute_force_is_right(name: str, seed: int) -> None:
     pytest.param(name, row.name, id=f"row{FAMILIES[name].row}-{name}-{row.name}")
     for name in FAMILIES if name not in IN_FULL for row in rt.methods()
     if row.name != "brute-force" and ("loop" in row.schedules or name not in LONG_LISTS)])
-def test_every_method_returns_its_bits(precise_renderer, name: str, method: str,
-                                       seed: int) -> None:
-    """Every method returns the bits of brute force."""
+def test_every_method_returns_the_bits_of_brute_force(precise_renderer, name: str, method: str,
+                                                      seed: int) -> None:
     check_method(name, method, {}, rays_of(name, False), seed)
 
 
 @pytest.mark.parametrize("seed", [1], ids="seed{}".format)
 @pytest.mark.parametrize("method, options", [p for p in SETTINGS if p.values[1]])
 @pytest.mark.parametrize("name", [p for p in NAMES if p.values[0] in TELLING])
-def test_every_option_returns_its_bits(precise_renderer, name: str, method: str, options: dict,
-                                       seed: int) -> None:
+def test_every_option_returns_the_bits_of_brute_force(precise_renderer, name: str, method: str,
+                                                      options: dict, seed: int) -> None:
     """A method returns the bits of brute force with every choice of its options, except choices
     that may lose hits."""
     check_method(name, method, options, rays_of(name, False), seed)

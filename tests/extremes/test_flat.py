@@ -68,9 +68,8 @@ def test_brute_force_is_right(flat: Flat, seed: int) -> None:
 @pytest.mark.parametrize("flat", QUICK, ids=name_of)
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()
                                     if row.name != "brute-force"])
-def test_every_method_returns_its_bits(precise_renderer, method: str, flat: Flat,
-                                       seed: int) -> None:
-    """Every method returns the bits of brute force."""
+def test_every_method_returns_the_bits_of_brute_force(precise_renderer, method: str, flat: Flat,
+                                                      seed: int) -> None:
     check(flat, 2000, seed, method)
 
 

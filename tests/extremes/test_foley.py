@@ -60,8 +60,8 @@ def test_few_rays_find_no_fault(name: str, kind: str) -> None:
     check(name, kind, 64, dict.fromkeys(SIDES, 0), 42)
 
 
-def test_the_judge_is_not_asleep() -> None:
-    """The test makes the t of seven hits wrong. The judge counts exactly these seven."""
+def test_the_judge_counts_wrong_t() -> None:
+    """The test makes the t of seven hits wrong. The judge counts exactly these seven hits."""
     scene = real_scene("cornell")
     origins, directions = RAY_SETS["random"](scene, 400, 1)
     with rt.Tracer(scene) as tracer:

@@ -52,7 +52,7 @@ def test_row_22_a_vertex_that_is_not_finite(value: float) -> None:
 
 @pytest.mark.parametrize("triangles", [0, 1])
 @pytest.mark.parametrize("method", METHODS)
-def test_row_39_hardly_anything(method: str, triangles: int) -> None:
+def test_row_39_at_most_one_triangle_ray_and_pixel(method: str, triangles: int) -> None:
     """Scenes of 0 or 1 triangles, calls with 0 or 1 rays, and a picture of one pixel are valid."""
     vertices = np.float32([[-1, -1, 0], [1, -1, 0], [0, 1, 0]])[:3 * triangles]
     scene = rt.Scene.from_arrays(vertices, np.arange(3 * triangles).reshape(-1, 3))

@@ -49,7 +49,7 @@ def test_an_empty_interval_is_a_miss(method: str, length: float) -> None:
 @pytest.mark.parametrize("length, t_min", [(1.0, 1e-40), (1e-39, 1.0), (1e-42, 1.0),
                                            (1e-30, 1e-30)])
 @pytest.mark.parametrize("method", METHODS)
-def test_a_start_behind_the_origin_stays_there(method: str, length: float, t_min: float) -> None:
+def test_an_interval_that_excludes_0_has_no_hit(method: str, length: float, t_min: float) -> None:
     """All hits have t = 0, so an interval that begins after 0 or ends before 0 has no hit."""
     scene, *rays = rays_in_the_plane(40, 3, length)
     with rt.Tracer(scene, method) as tracer:

@@ -79,8 +79,8 @@ def check(case: Case, method: str, ends: bool, **options) -> None:
 
 def low_precisions() -> list:
     """Returns every case with every method in every setting. The quick suite runs only the most
-    sensitive combinations. In some of them, storage has fewer bits than arithmetic, so rays in
-    kd-trees may loop."""
+    sensitive combinations. If storage has fewer bits than arithmetic, rays in kd-trees may
+    loop."""
     combinations = []
     for name, method, options in itertools.product(FAMILIES, ROWS, SETTINGS):
         quick = name == "degenerate" and (
@@ -106,7 +106,7 @@ def test_row_26_low_precision_ends(name: str, method: str, options: dict, seed: 
 @pytest.mark.parametrize("seed", [4], ids="seed{}".format)
 @pytest.mark.parametrize("method", [name for name in ROWS if name in ("kd-restart",
                                                                       "kd-backtrack")])
-def test_row_26_how_it_fails(method: str, seed: int) -> None:
+def test_row_26_rays_loop_unless_storage_rounds_up(method: str, seed: int) -> None:
     """If storage rounds to nearest or chops, the stored t_min may lie before the split plane from
     which it was computed. Many rays then loop until the cap stops and flags them. The figure
     `extremes` shows the share of flagged rays for each rounding."""
@@ -130,7 +130,7 @@ def test_row_26_interval_policies_end(name: str, method: str, policy: str, seed:
     check(case_of(name, seed), method, False, interval=policy, step_cap=2000)
 
 
-def test_the_checks_notice_a_hit_that_is_not_there() -> None:
+def test_the_checks_find_false_hits() -> None:
     case = case_of("spanning", 3)
     for method in ROWS:
         check(case, method, True)

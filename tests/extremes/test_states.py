@@ -1,4 +1,4 @@
-"""After every pass, the state textures hold no NaN. An infinity always means "no end".
+"""After every pass, the state textures contain no NaN. An infinity always means "no end".
 
 Row 23 of the catalogue of extreme cases (docs/extremes.md): the state of a finished ray never
 changes.
@@ -21,7 +21,7 @@ NO_END = {"t_max", "t_exit"}  # fields that may hold infinity for "no end"
 
 
 def scan(state: Fields, hit: Fields) -> None:
-    """Fails if the states or the hits of a pass hold a NaN, or an infinity without a meaning."""
+    """Fails if the states or hits of a pass contain a NaN, or an infinity without a meaning."""
     for name, values in state.items():
         assert not np.isnan(values).any(), f"NaN in {name}"
         assert name in NO_END or np.isfinite(values).all(), f"infinity in {name}"
@@ -94,9 +94,8 @@ def test_no_nan_in_a_picture(method: str, scale: float) -> None:
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 @pytest.mark.parametrize("method", [name for name, row in METHODS.items()
                                     if "step" in row.schedules])
-def test_row_23_a_ray_that_is_over_stays_as_it_is(method: str, seed: int) -> None:
-    """A ray's state stays the same once the ray is finished. The test also covers empty intervals
-    and texels past the last ray."""
+def test_row_23_the_state_of_a_finished_ray_stays_the_same(method: str, seed: int) -> None:
+    """Some rays have empty intervals, and some texels lie past the last ray."""
     scene, origins, directions = few("signed-zeros", method, 150, seed)
     t_max = np.full(150, np.inf, np.float32)
     t_max[::5] = -1

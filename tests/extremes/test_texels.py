@@ -37,7 +37,7 @@ def indices(exponent: int) -> list[int]:
     pytest.param(23, False, marks=pytest.mark.full)])
 def test_row_35_indices_round_trip(gpu: Gpu, exponent: int, small: bool, tmp_path) -> None:
     """A shader fetches the right entry for every index. A shader that computed the texture row by
-    a rounded reciprocal would fail at row ends. An entry holds its index and twice its index, so
+    a rounded reciprocal would fail at row ends. An entry has its index and twice its index, so
     the numbers reach 2^24 with exponent 23. With ``small``, the program reads an integer from the
     bits of a float (core/fetch.glsl). The table then also has negative numbers, down to -2^22."""
     count = indices(exponent)[-1] + 1

@@ -84,8 +84,8 @@ def test_row_14_ten_thousand_in_one_place() -> None:
 @pytest.mark.parametrize("size", [2.0**-62, 2.0**-70, 2.0**-100])
 @pytest.mark.parametrize("method", METHODS)
 def test_triangles_below_the_stated_limit_are_missed_not_guessed(method: str, size: float) -> None:
-    """A method may miss a triangle whose edge functions underflow. But it must not return a hit
-    with an infinite t."""
+    """A method may miss a triangle whose edge functions underflow, but must not return a hit with
+    an infinite t."""
     case = make_case("one-triangle", 300, 5)
     origins = case.triangles[0].mean(axis=0) - case.directions
     hits = trace(Case(case.triangles * np.float32(size), origins * np.float32(size),

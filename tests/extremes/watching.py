@@ -21,7 +21,7 @@ def watching(tracer: rt.Tracer, look: Callable[[Fields, Fields], None]) -> Itera
     The OpenGL context is current during the call.
 
     ``state`` and ``hit`` map names of fields to arrays with an entry per texel. The state buffers
-    are cleared before a traversal, because fresh textures may hold anything.
+    are cleared before a traversal, because the content of new textures is undefined.
 
     ``hit`` is empty for a pass over packets. Some drivers keep no states between passes. Then
     ``look`` is called after each draw into a target of states or hits. Without such a draw,

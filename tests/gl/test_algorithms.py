@@ -79,7 +79,7 @@ def test_sort(gpu, keys: str, length: int) -> None:
 
 @pytest.mark.parametrize("length", range(34))
 def test_sort_puts_zeros_before_ones(length: int) -> None:
-    """If a network of comparisons sorts all words of zeros and ones, it sorts any input.
+    """A network of comparisons that sorts all words of zeros and ones sorts any input.
 
     The test sorts the words of ``length`` digits in which all ones precede all zeros, and 500
     random words.
@@ -112,13 +112,13 @@ def test_one_element_alone_is_read(gpu) -> None:
         assert (stream.read_one(4097)["value"] == values[4097]).all()
 
 
-def test_a_stream_past_what_a_float_indexes_is_refused(gpu) -> None:
+def test_a_stream_of_more_than_2_24_elements_is_refused(gpu) -> None:
     with StreamRoom(gpu) as room, pytest.raises(rt.LimitError, match="2\\^24") as refusal:
         room.stream(VALUES, (1 << 24) + 2)
     assert "\n" not in str(refusal.value)
 
 
-def test_reading_what_is_drawn_into_is_refused(gpu) -> None:
+def test_reading_a_stream_that_is_drawn_into_is_refused(gpu) -> None:
     with StreamRoom(gpu) as room:
         values = room.stream(VALUES, 10, value=np.zeros((10, 4)))
         with pytest.raises(rt.Error, match="draw"):

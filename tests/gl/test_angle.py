@@ -55,7 +55,7 @@ void main() {
 def angle() -> Iterator[Gpu]:
     """Return the context of ANGLE, or skip the test if this machine has no ANGLE.
 
-    Tests of ANGLE run in processes of their own. Otherwise they may disturb tests of Mesa: in the
+    Tests of ANGLE run in processes of their own, because they may disturb tests of Mesa: in the
     same process, denormals were once flushed to 0 after tests of ANGLE.
     """
     if os.environ.get("GPGPU_RT_CONTEXT") != "angle":
@@ -187,8 +187,8 @@ def test_a_query_counts_several_draws_of_any_size(angle: Gpu, counted: FullScree
 
 def test_counts_begin_at_0_in_memory_that_held_other_values(
         angle: Gpu, counted: FullScreenPass) -> None:
-    """Counts begin at 0, even if the memory of the counts held infinities. The render target is
-    smaller than the viewport."""
+    """Counts begin at 0, even if the memory of the counts contained infinities. The render target
+    is smaller than the viewport."""
     size = 4096, 2
     counted.set(most=2)
     for _ in range(3):
@@ -234,9 +234,9 @@ def test_the_context_names_its_largest_point(angle: Gpu, tmp_path: Path) -> None
 
 
 def test_eight_targets(angle: Gpu, counted: FullScreenPass, tmp_path: Path) -> None:
-    """The last of the eight targets usually holds the counts of fragments. If a program draws
-    into all eight, no target is free for counts, so each draw counts as the whole viewport.
-    Counts of other draws do not get into the eight targets."""
+    """The last of the eight targets usually contains the counts of fragments. If a program draws
+    into all eight targets, no target is free for counts, so each draw counts as the whole
+    viewport. Counts of other draws do not get into the eight targets."""
     outputs = "".join(f"layout(location = {at}) out float out_{at};\n" for at in range(8))
     values = "".join(f"out_{at} = {at}.5; " for at in range(8))
     (tmp_path / "eight.frag").write_text(

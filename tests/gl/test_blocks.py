@@ -28,7 +28,7 @@ def pattern(name: str, length: int, seed: int) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", [SEED], ids="seed{}".format)
 @pytest.mark.parametrize("name", PATTERNS)
-def test_what_is_kept_stands_in_order(gpu, name: str, seed: int) -> None:
+def test_kept_elements_stay_in_order(gpu, name: str, seed: int) -> None:
     for length in LENGTHS:
         kept = pattern(name, length, seed)
         items = np.random.default_rng(seed).permutation(length)

@@ -31,7 +31,7 @@ def awkward_values(seed: int) -> np.ndarray:
         values = np.concatenate([values, np.nextafter(values, np.float32(9)),
                                  np.float32(2.0) ** rng.uniform(-60, 60, 2000)
                                  * rng.choice([1, -1], 2000)])
-    values = values[(np.abs(values) >= 2.0 ** -125) | (values == 0)]   # llvmpipe has no denormals
+    values = values[(np.abs(values) >= 2.0 ** -125) | (values == 0)]   # llvmpipe flushes denormals
     return np.concatenate([values, -values]).astype(np.float32)
 
 
@@ -76,7 +76,7 @@ def test_rounding_keeps_order_and_direction(name: str) -> None:
     assert (np.abs(rounded["chop"]) <= np.abs(values)).all()
 
 
-def test_fp32_programs_hold_no_trace_of_rounding() -> None:
+def test_fp32_programs_do_not_round() -> None:
     assert set(Precision().defines()) == {"ROUNDING_NEAREST"}
     with rt.Tracer(soup_scene(20, 1), "grid", precision="fp16", storage="fp32") as tracer:
         assert tracer.precision == Precision("fp32", "fp16")
@@ -84,9 +84,9 @@ def test_fp32_programs_hold_no_trace_of_rounding() -> None:
 
 LOWER = {"fp16-stored": {"storage": "fp16"}, "fp24-computed": {"arithmetic": "fp24"},
          "fp16-up": {"precision": "fp16", "rounding": "up"}}
-# Each case compiles its own programs. The quick suite therefore runs `step1` and `step16` with one
-# format each. It runs `kernels`, which has the most programs, with one format and three methods
-# (FAMILIES).
+# Each case compiles its own programs, so the quick suite runs `step1` and `step16` with one format
+# each. The schedule `kernels` has the most programs, so the quick suite runs `kernels` with one
+# format and three methods (FAMILIES).
 QUICK = {("fp16-stored", "step1"), ("fp24-computed", "step16")}
 FAMILIES = ("grid", "kd-backtrack", "bvh-threaded")
 IN_PASSES = [pytest.param(row.name, lower, name, id=f"{lower}-{name}-{row.name}",
@@ -138,7 +138,7 @@ def test_half_textures_are_half(method: str) -> None:
 
 
 @given(seed=st.integers(0, 999), bits=st.sampled_from([8, 16]), scale=st.integers(-20, 20))
-def test_quantised_boxes_hold_the_boxes(seed: int, bits: int, scale: int) -> None:
+def test_quantised_boxes_contain_the_exact_boxes(seed: int, bits: int, scale: int) -> None:
     rng = np.random.default_rng(seed)
     corners = (rng.normal(size=(2, 50, 3)) * 2.0 ** scale + rng.normal(size=3) * 2.0 ** (
         scale + 8 * (seed % 2))).astype(np.float32)
@@ -167,8 +167,8 @@ def test_quantised_nodes_are_smaller(bits: int, least: float, octants: bool) -> 
 def test_quantised_octants_hit_the_same(bits: int) -> None:
     """A tree has a copy for each octant of directions. Along an axis, the copy swaps the two
     bounds of a box if the octant's rays meet the upper bound first. The bounds of a flat box are
-    equal, but quantising rounds the lower one down and the upper one up. If the copy swapped the
-    bounds first, they would end in the wrong order, and rays would miss the box."""
+    equal, but quantising rounds the lower bound down and the upper bound up. If the
+    copy swapped the bounds before quantising, rays would miss the box."""
     scene = rt.load_scene("cornell")
     rays = RAY_SETS["random"](scene, 400, 3)
     answers = []

@@ -27,12 +27,13 @@ TEXT = ("#version 330 core\nuniform sampler2D values;\nuniform float factor;\nou
 
 @pytest.fixture
 def doubled(gpu: Gpu, tmp_path: Path) -> FullScreenPass:
-    """Return a pass that multiplies texels by uniform ``factor`` and discards results below 4."""
+    """Return a pass that multiplies texels by the uniform ``factor`` and discards results below
+    4."""
     (tmp_path / "probe.frag").write_text(TEXT)
     return FullScreenPass(gpu, str(tmp_path / "probe.frag"))
 
 
-def test_a_pass_keeps_its_uniforms_from_another_of_the_same_text(gpu: Gpu, doubled) -> None:
+def test_passes_of_the_same_text_have_separate_uniforms(gpu: Gpu, doubled) -> None:
     values = np.arange(8, dtype=np.float32).reshape(1, 8, 1)
     texture = make_texture(gpu, (8, 1), 1, "values", values)
     target = gpu.context.framebuffer([make_texture(gpu, (8, 1), 1, "result")])
@@ -75,7 +76,7 @@ def test_observing_ends_with_its_block_also_within_another(gpu: Gpu, doubled) ->
     assert outer[0].fragments is None and outer[0].inputs == {"values": texture}
 
 
-def test_fragments_are_those_of_the_hosts_own_query(gpu: Gpu, doubled) -> None:
+def test_observed_fragments_equal_the_hosts_own_count(gpu: Gpu, doubled) -> None:
     values = np.arange(48, dtype=np.float32).reshape(3, 4, 4)
     texture, statistics = make_texture(gpu, (4, 3), 4, "values", values), Statistics()
     framebuffer, seen = gpu.context.framebuffer([make_texture(gpu, (4, 3), 4, "drawn")]), []
@@ -88,7 +89,7 @@ def test_fragments_are_those_of_the_hosts_own_query(gpu: Gpu, doubled) -> None:
     assert [one.primitives for one in passes] == [drawn, drawn]
 
 
-def test_release_takes_whatever_parts_are_kept_in(gpu: Gpu) -> None:
+def test_release_accepts_nested_containers(gpu: Gpu) -> None:
     """`release` accepts None and objects of OpenGL, also inside dicts, lists and iterators."""
     textures = [make_texture(gpu, (2, 2), 4, "kept") for _ in range(4)]
     target = gpu.context.framebuffer(textures[:1])
@@ -99,12 +100,11 @@ def test_release_takes_whatever_parts_are_kept_in(gpu: Gpu) -> None:
     gpu.context.framebuffer([make_texture(gpu, (2, 2), 4, "next")]).clear(1.0)   # no GL error
 
 
-def test_arrays_that_fragments_write_are_tried_before_they_are_trusted(gpu: Gpu,
-                                                                       monkeypatch) -> None:
+def test_renderers_that_mix_up_local_arrays_are_detected(gpu: Gpu, monkeypatch) -> None:
     """Each fragment has its own copy of a local array of the program. Neighbouring fragments can
     write into their copies at different indices. softpipe then mixes up the copies; llvmpipe does
-    not. If a renderer mixes them up, methods that need such arrays are refused, and other methods
-    run."""
+    not. If a renderer mixes up the copies, methods that need such arrays are refused, and other
+    methods run."""
     assert _kept(gpu) == ("softpipe" not in gpu.renderer)
     monkeypatch.setattr(gpu, "keeps_own_arrays", False)
     for method, options in (("kd-stack", {}), ("bvh-stack", {}), ("bih", {"stack_size": 4})):
@@ -116,8 +116,7 @@ def test_arrays_that_fragments_write_are_tried_before_they_are_trusted(gpu: Gpu,
 
 
 def test_a_tracer_that_cannot_be_made_frees_its_tables(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A tracer that cannot be made frees its textures, because the caller may try another method,
-    which needs the memory."""
+    """The caller may try another method, which needs the memory."""
     held = []
 
     def fails(setup: Setup) -> Driver:

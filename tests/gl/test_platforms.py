@@ -16,7 +16,7 @@ from gpgpu_rt.gl import context as contexts
 
 
 class FakeContext:
-    """Stands for the context of a driver with OpenGL 4.1."""
+    """Imitates the context of a driver with OpenGL 4.1."""
 
     version_code, extra = 410, None
     info = {"GL_RENDERER": "Apple M2", "GL_VERSION": "4.1", "GL_MAX_TEXTURE_SIZE": 16384,
@@ -44,8 +44,8 @@ def asked(monkeypatch) -> list[dict[str, Any]]:
 
 @pytest.mark.parametrize("platform", ["win32", "darwin"])
 @pytest.mark.parametrize("choice", [None, "auto", "native"])
-def test_windows_and_macos_make_their_own(asked, monkeypatch, platform: str,
-                                          choice: str | None) -> None:
+def test_windows_and_macos_use_native_contexts(asked, monkeypatch, platform: str,
+                                               choice: str | None) -> None:
     monkeypatch.setattr(sys, "platform", platform)
     with pytest.raises(rt.ContextError, match="no driver.*install the driver of the graphics"):
         contexts.open_gpu(choice)
@@ -82,7 +82,7 @@ def test_info_names_the_backends_of_the_system(asked, monkeypatch, capsys) -> No
 
 
 def test_commands_need_no_module_of_unix() -> None:
-    """Windows lacks the modules of Unix below. Every command can be imported without them."""
+    """Every command can be imported without the modules of Unix below, which Windows lacks."""
     code = ("import sys\n"
             "for name in ('fcntl', 'grp', 'pwd', 'resource', 'termios'):\n"
             "    sys.modules[name] = None\n"

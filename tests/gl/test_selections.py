@@ -63,7 +63,7 @@ void main() {{
      "bool y = either_holds(both_hold(a > 0.0, b > 0.0), c);"),
     ("for (; on && i < 3; ++i) { y += d || e ? max(a, b) : b; }",
      "for (; both_hold(on, i < 3); ++i) { y += picked_value(either_holds(d, e), max(a, b), b); }"),
-    # harmless functions and macros
+    # functions and macros without side effects
     ("y = c ? halved(a) : TWICE(b);", "y = picked_value(c, halved(a), TWICE(b));"),
     ("y = c ? texture(t, a).x : fetched(i);", "y = picked_value(c, texture(t, a).x, fetched(i));"),
     # Only the name of a function's parameter, such as `x`, counts as an index inside the array

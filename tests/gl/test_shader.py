@@ -1,6 +1,6 @@
 """Tests of includes, and of errors with file and line. GLSL files have version 3.30, except
-era/card.frag (1.20). They use nothing that programs of 2002-2007 lacked: compute shaders, geometry
-shaders, storage buffers, image stores or doubles."""
+era/card.frag (1.20). GLSL files use no feature that programs of 2002-2007 lacked: compute shaders,
+geometry shaders, storage buffers, image stores or doubles."""
 from __future__ import annotations
 
 import re
@@ -28,18 +28,18 @@ pytestmark = pytest.mark.small
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.name)
-def test_only_what_the_platform_has(path) -> None:
+def test_files_use_no_later_features(path) -> None:
     code = re.sub(r"//[^\n]*|/\*.*?\*/", "", path.read_text(), flags=re.S)
     for what, pattern in BANNED.items():
         assert not re.search(pattern, code), f"{path.name}: {what}"
     for version in re.findall(r"#\s*version\s+(.*)", code):
         # Only the cards' compilers read era/card.frag.
         assert version.split()[0] == ("120" if path.name == "card.frag" else "330")
-    if path.parent.name != "core":   # only generated accessors compute texel addresses
+    if path.parent.name != "core":   # outside core/, only generated accessors compute addresses
         assert not re.search(r"texelFetch\([^)]*\*", code)
 
 
-# The file of a user's own method has an absolute path. Its header need not name a paper.
+# Headers of users' own methods, whose files have absolute paths, need not name a paper.
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()
                                     if not Path(row.glsl).is_absolute()])
 def test_headers_name_their_paper(method: str) -> None:
@@ -117,8 +117,8 @@ def test_compile_error_of_the_vertex_program_names_its_file(tmp_path) -> None:
         compile_program(open_gpu(), str(tmp_path / "main.glsl"), vertex=str(vertex))
 
 
-def test_programs_that_nobody_has_are_let_go(tmp_path, monkeypatch, gpu: Gpu) -> None:
-    """The cache keeps all programs in use. It drops the unused programs that were requested
+def test_unused_programs_leave_the_cache(tmp_path, monkeypatch, gpu: Gpu) -> None:
+    """The cache keeps all programs in use, and drops the unused programs that were requested
     longest ago."""
     monkeypatch.setattr(shader, "MOST_PROGRAMS", 10)
     monkeypatch.setattr(gpu, "programs", {})    # leave out the programs of other tests

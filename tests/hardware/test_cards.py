@@ -42,7 +42,7 @@ def test_limits_refuse_with_a_reason() -> None:
         find_card("G8O")
 
 
-def test_the_command_prints_them(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_prints_the_cards(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["hardware", "--json"]) == 0
     assert [card["chip"] for card in json.loads(capsys.readouterr().out)] == list(CHIPS)
     assert main(["hardware"]) == 0

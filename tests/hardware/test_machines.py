@@ -13,7 +13,7 @@ from gpgpu_rt.hardware.machines import (
 from gpgpu_rt.hardware.static_costs import static_cost
 
 # The work of 32 rays. A ray runs 20 visits, 3 tests and 5 pushes. A key of `lanes` is a SIMD
-# width. A key of `transfers` holds the bytes of a cache, the bytes of a line, and the number of
+# width. A key of `transfers` gives the bytes of a cache, the bytes of a line, and the number of
 # rays that fetch together.
 WORK: dict[str, Any] = {
     "count": 32, "runs": {"down": 640, "intersect": 96, "push": 160},
@@ -24,7 +24,7 @@ WORK: dict[str, Any] = {
 COSTS = {"down": LoopCost(60, 1, 1), "intersect": LoopCost(100, 4, 2), "push": LoopCost(5)}
 
 
-def test_units_take_their_kernels_out_of_the_shader() -> None:
+def test_kernels_of_ray_tracing_units_need_no_shader_time() -> None:
     card, ideal = find_card("G80"), machines()["ideal"]
     assert (runs(WORK, "steps"), runs(WORK, "tests")) == (20, 3)
     visits, tests, pushes = 1280 * 60 / 32, 384 * 100 / 32, 320 * 5 / 32
@@ -104,7 +104,7 @@ def test_the_saarcor_of_2002_outruns_the_prototype_by_clock_and_cores() -> None:
     assert faster == pytest.approx(design.clock * design.units / prototype.clock)
 
 
-def test_a_loop_fetches_tables_alone() -> None:
+def test_a_loop_fetches_only_tables() -> None:
     """A visit of a kd-tree reads a node. A test reads a reference, then a triangle. A push or pop
     uses on-chip memory. All other fetches read streams, which a loop keeps in registers."""
     costs = loop_costs("g80", "kd-texture-stack")

@@ -1,5 +1,5 @@
-"""`gpgpu-rt hardware --methods` tells which methods each card could have run. The command compares
-every program of a method with the limits of the card."""
+"""`gpgpu-rt hardware --methods` lists the methods that each card could have run. The command
+compares every program of a method with the limits of the card."""
 from __future__ import annotations
 
 import json
@@ -91,8 +91,9 @@ def test_the_era_form_is_judged_by_every_kernel() -> None:
 
 
 def test_fp24_limits_numbers_but_not_tables() -> None:
-    """On a card with fp24, a pointer is a column and a row. So the number of triangles is limited,
-    because a hit stores it in one float, but the number of nodes is not."""
+    """On a card with fp24, a pointer to a node is a column and a row, so the number of nodes is
+    not limited. The number of triangles is limited, because a hit stores the index of its triangle
+    in one float."""
     card, many = find_card("R420"), 1 << 20
     for size, limits in ((EraSize(many, 1000), []), (EraSize(many, many), ["index"])):
         refused = era_refusals(card, {"kd-backtrack": size})["kd-backtrack", "era"]

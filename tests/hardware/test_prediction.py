@@ -209,7 +209,8 @@ def test_calls_that_are_not_kept_count_too(monkeypatch) -> None:
 
 @pytest.mark.parametrize("method", ["kd-restart", "kd-packet"])
 def test_a_picture_is_predicted_from_few_rays(method: str) -> None:
-    """`render` traces fewer rays than `predict`, and counts only the forms that it prints."""
+    """`render` traces fewer rays than `predict`, and counts kernels only in the forms that
+    `render` prints."""
     with rt.Tracer("cornell", method, era="nv40") as tracer:
         with era_timed(tracer) as seen:
             tracer.render(size=(256, 256), samples=5)
@@ -233,7 +234,7 @@ def test_rays_start_at_t_min(method: str, chip: str) -> None:
             with era_timed(tracer) as seen:
                 tracer.trace(*scene.camera.rays((64, 64)), t_min=t_min)
             seconds.append(seen.on_card().seconds)
-    assert seconds[1] < seconds[0] / 3     # no ray reaches the scene's box
+    assert seconds[1] < seconds[0] / 3     # t_min lies behind the scene's box
 
 
 def test_a_part_of_the_rays_keeps_their_ends() -> None:
@@ -284,7 +285,7 @@ def test_packets_take_the_time_of_their_kernels(kind: str) -> None:
 
 
 @pytest.mark.parametrize("method, chip", [("kd-restart", "nv40"), ("kd-packet", "r580")])
-def test_samples_of_an_image_stand_for_all_its_rays(monkeypatch, method: str, chip: str) -> None:
+def test_samples_of_an_image_represent_all_its_rays(monkeypatch, method: str, chip: str) -> None:
     scene = rt.load_scene("cornell")
     whole = predict(scene, method, chip, size=128)
     monkeypatch.setattr(image_issues, "TILE", 16)

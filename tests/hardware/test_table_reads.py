@@ -95,7 +95,7 @@ def test_lines_begin_anew_in_each_table() -> None:
 
 
 @pytest.mark.parametrize("seed", [3, 4])
-def test_a_direct_mapped_cache_misses_what_its_places_lost(seed: int) -> None:
+def test_a_direct_mapped_cache_misses_as_in_a_simulation(seed: int) -> None:
     """`transfers` counts the same misses as a simulation that looks up the cache lines one
     by one."""
     random = np.random.default_rng(seed)

@@ -1,5 +1,5 @@
-"""A packet as large as a warp consists of smaller packets, its parts. It visits the union of the
-places (nodes and triangles) that its parts visit."""
+"""A packet as large as a warp consists of smaller packets, its parts. The large packet visits the
+union of the places (nodes and triangles) that its parts visit."""
 from __future__ import annotations
 
 import numpy as np
@@ -31,7 +31,7 @@ def _trace(parts: list[list[tuple[int, int]]]) -> KernelTrace:
     ([[(1, 7), (2, 3)], []], 2, 2),
     # The parts have three of four visits in common. A repeated visit counts again.
     ([[(1, 1), (1, 2), (1, 1)], [(1, 1), (1, 2), (1, 1), (1, 3)]], 2 * 4 / 7, 1),
-    # Both warps visit place 2. Each warp visits it once.
+    # Both warps visit place 2, each warp once.
     ([[(1, 1)], [(1, 2)], [(1, 2)], [(1, 2)]], 2 * 3 / 4, 1)])
 def test_common_places_are_visited_once(parts: list[list[tuple[int, int]]], traverse: float,
                                         intersect: float) -> None:

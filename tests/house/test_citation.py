@@ -12,7 +12,7 @@ from snippets import ROOT
 
 import gpgpu_rt as rt
 
-yaml = pytest.importorskip("yaml")      # only installed with Dask
+yaml = pytest.importorskip("yaml")      # installed only because Dask needs this library
 
 PAPER = (ROOT / "paper.md").read_text(encoding="utf-8")
 HEAD = yaml.safe_load(PAPER.split("---\n")[1])

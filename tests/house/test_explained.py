@@ -70,7 +70,7 @@ def test_a_list_of_options_is_indented_as_the_docstring() -> None:
                             "depth : 'auto' or int; default 3\n    depth of the tree\n")
 
 
-def test_dir_is_what_is_public() -> None:
+def test_dir_lists_the_public_names() -> None:
     assert dir(rt) == sorted(rt.__all__)
     code = ("import gpgpu_rt as rt\n"
             "before = dir(rt); [getattr(rt, name) for name in before]; import gpgpu_rt.gl.shader\n"
@@ -79,7 +79,7 @@ def test_dir_is_what_is_public() -> None:
                           check=True).stdout == "True\n"
 
 
-def test_the_page_of_the_package_runs(tmp_path: Path) -> None:
+def test_the_example_in_the_docstring_runs(tmp_path: Path) -> None:
     """The example code in `rt.__doc__` runs, here with a small scene and a small picture."""
     lines = re.search(r"::\n\n((?:    .*\n|\n)+)", rt.__doc__)[1]
     code = "\n".join(line[4:] for line in lines.splitlines())
@@ -91,7 +91,7 @@ def test_the_page_of_the_package_runs(tmp_path: Path) -> None:
     assert done.stdout.startswith("Hits(256 rays: ") and (tmp_path / "bunny.png").exists()
 
 
-def test_the_page_names_what_there_is() -> None:
+def test_the_docstring_names_existing_names_and_files() -> None:
     for name in re.findall(r"\brt\.(\w+)", rt.__doc__):
         assert name in rt.__all__
     for path in re.findall(r"\b(?:examples|docs)/[\w./]*", rt.__doc__):

@@ -68,7 +68,7 @@ def test_a_page_has_its_parts_and_is_short(page: Path) -> None:
 def test_the_table_for_a_paper_tells_kinds_of_rays_apart(tmp_path: Path, monkeypatch,
                                                          capsys) -> None:
     """The recipe that turns the JSON of `bench` into tables keeps the kind and the number of rays.
-    Both are fields ``rays``: the kind is a race's field, and the number is an entry's field. The
+    In the JSON, both have the name ``rays``: a race has the kind, and an entry has the number. The
     recipe marks stand-ins. Engines, and runs without --statistics, have no counts."""
     page = next(page for page in HOW_TO if page.stem == "compare-methods")
     recipe, = (block.text for block in snippets(page) if "bench.csv" in block.text)

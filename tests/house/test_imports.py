@@ -52,7 +52,7 @@ def test_no_circle_of_packages() -> None:
             if module and target and target[0] and target[0] != module[0]:
                 graph.setdefault(module[0], set()).add(target[0])
     assert len(graph) > 15
-    list(TopologicalSorter(graph).static_order())  # CycleError names the circle
+    list(TopologicalSorter(graph).static_order())  # a CycleError names the packages of a cycle
 
 
 def test_no_import_inside_a_function() -> None:

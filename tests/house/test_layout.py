@@ -53,7 +53,7 @@ def test_pack_and_unpack(record: Record, seed: int) -> None:
 
 
 @pytest.mark.parametrize("record", RECORDS, ids=lambda r: r.name)
-def test_what_is_not_given_is_zero_wherever_it_is_packed(record: Record) -> None:
+def test_fields_that_are_not_given_are_zero(record: Record) -> None:
     """`pack` and `pack_into` write 0 to the fields that are not given."""
     fields = fields_of(record, 3, 1)
     some = dict(list(fields.items())[::2])
@@ -93,7 +93,7 @@ def test_glsl_reads_what_python_packed(record: Record, storage: str, tmp_path) -
 
 @pytest.mark.parametrize("value, fits", [(EXACT_INTEGER - 1, True), (EXACT_INTEGER, True),
                                          (EXACT_INTEGER + 1, False), (-EXACT_INTEGER - 1, False)])
-def test_integers_past_the_exact_ones_are_refused(value: int, fits: bool) -> None:
+def test_integers_that_a_float_cannot_store_are_refused(value: int, fits: bool) -> None:
     record = Record("r", "i:int")
     if fits:
         assert record.unpack(record.pack(i=np.array([value])))["i"][0] == value

@@ -63,7 +63,7 @@ def test_a_choice_may_be_given_as_it_is_spelt(options: dict, wanted: object) -> 
     assert rt.Choice("bvh-packet", options).resolved()[1][name] == wanted
 
 
-def test_steps_a_pass_ask_for_the_schedule_that_has_them() -> None:
+def test_an_option_selects_its_schedule() -> None:
     """Without a schedule, the option `steps_per_pass` selects the schedule `step`."""
     with rt.Tracer("cornell", steps_per_pass=4) as tracer:
         assert tracer.options["schedule"] == "step"
@@ -83,7 +83,7 @@ def test_no_context_is_one_clear_line() -> None:
     assert answer.stderr.count("\n") == 1 and "install" in answer.stderr
 
 
-def test_an_existing_context_is_taken() -> None:
+def test_an_existing_context_is_used() -> None:
     gpu = open_gpu()
     with rt.Tracer("cornell", context=gpu.context) as tracer:
         assert tracer.gpu is gpu  # two Gpu objects on one context would mix their logs
@@ -166,7 +166,7 @@ def test_render_command(capsys, tmp_path) -> None:
 
 @pytest.mark.parametrize("words", [["--octants", "cornell"], ["cornell", "--octants", "true"],
                                    ["cornell", "--octants"]])
-def test_a_bare_switch_takes_no_scene_for_its_value(capsys, tmp_path, words: list[str]) -> None:
+def test_a_scene_is_not_the_value_of_a_switch(capsys, tmp_path, words: list[str]) -> None:
     status, out, _ = run(capsys, "render", *words, "--size", "8", "--json",
                          "-o", str(tmp_path / "x.png"))
     assert status == 0 and json.loads(out)["options"]["octants"] is True
@@ -182,7 +182,7 @@ def test_a_place_may_begin_below_zero(capsys, tmp_path) -> None:
     assert pictures[0] == pictures[1] != pictures[2]
 
 
-def test_info_says_which_backend_is_taken(capsys, monkeypatch) -> None:
+def test_info_names_the_backend_that_is_used(capsys, monkeypatch) -> None:
     _, out, _ = run(capsys, "info")
     assert out.splitlines()[-1] == f"used without --context: {open_gpu().backend}"
     _, out, _ = run(capsys, "info", "--json")
@@ -331,7 +331,7 @@ def test_mistakes_are_one_line(capsys, tmp_path, tmp_path_factory, monkeypatch,
     assert sorted(tmp_path.iterdir()) == before  # no partial output
 
 
-def test_a_folder_of_scenes_that_is_not_there_is_told_of(capsys, tmp_path, monkeypatch) -> None:
+def test_a_missing_folder_of_scenes_is_reported(capsys, tmp_path, monkeypatch) -> None:
     monkeypatch.setenv("GPGPU_RT_SCENES", os.pathsep.join([str(tmp_path), str(tmp_path / "gone")]))
     status, out, err = run(capsys, "render", "cornell", "-o", str(tmp_path / "x.png"), "--size",
                            "8")

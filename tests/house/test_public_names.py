@@ -41,7 +41,7 @@ DESCRIBED = {name: thing for name, thing in public() if callable(thing)
 def undescribed(name: str, thing: Any) -> list[str]:
     """Returns the parts that the docstring does not describe: the object itself, or parameters."""
     text = inspect.getdoc(thing)
-    # Python gives a dataclass without a docstring a text that begins in this way.
+    # A dataclass without a docstring gets a text that begins with the class's name and a bracket.
     if not text or text.startswith(f"{name.rpartition('.')[2]}("):
         return ["what it is"]
     if not inspect.isfunction(thing):
@@ -55,7 +55,7 @@ def test_every_public_name_is_described(name: str) -> None:
     assert undescribed(name, DESCRIBED[name]) == []
 
 
-def test_that_would_find_what_is_not() -> None:
+def test_missing_descriptions_are_found() -> None:
     """`undescribed` finds a function without a docstring, and a parameter without a
     description."""
     def bare(x): ...
@@ -112,7 +112,7 @@ def _interrupt(*_: Any) -> None:
     raise KeyboardInterrupt
 
 
-def test_an_interrupted_command_writes_what_there_is(monkeypatch, tmp_path, capsys) -> None:
+def test_an_interrupted_command_writes_the_finished_samples(monkeypatch, tmp_path, capsys) -> None:
     monkeypatch.setattr(path_tracing, "WAVE", 4 * 16 * 16)
     monkeypatch.setattr(tracing, "progress_shown",
                         lambda: contextlib.nullcontext(Interrupted(8)))

@@ -14,7 +14,8 @@ from snippets import ROOT
 
 make_pictures = SimpleNamespace(**runpy.run_path(str(ROOT / "tools" / "make_pictures.py")))
 README = ROOT / "docs" / "readme"
-SCALE = (0, 340, 270, 392)      # the part of the film with the scale and its numbers
+# The part of the film with the scale and its numbers: left, top, right and bottom in pixels.
+SCALE = (0, 340, 270, 392)
 
 
 def alike(before: Image.Image, after: Image.Image, tolerance: int = 24) -> float:

@@ -72,8 +72,8 @@ OWN = [row for row in rt.methods() if not Path(row.glsl).is_absolute()]
 @pytest.mark.parametrize("row", OWN, ids=lambda row: row.name)
 def test_every_method_s_paper_is_one_work_of_the_survey(row: rt.Method) -> None:
     """A method's citation names one work. Each section that the list of references gives for the
-    work exists in the survey. In the method's GLSL files, some sections follow citations of this
-    work alone. The list gives these sections for the work."""
+    work exists in the survey. If a GLSL file of the method cites a section after this work and
+    before any other work, the list gives the section for this work."""
     work = find_work(row.citation)
     assert work is not None and work.sections and set(work.sections) <= set(SECTIONS)
     assert reference(row.citation).endswith(f"(survey, {work.discussed})")

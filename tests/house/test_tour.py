@@ -1,5 +1,5 @@
-"""The tour's chapters follow one another, and its pictures can be made anew. test_snippets.py runs
-the commands of the tour and checks their output."""
+"""Each chapter of the tour links to the chapters before and after it, and the tour's pictures can
+be made anew. test_snippets.py runs the commands of the tour and checks their output."""
 from __future__ import annotations
 
 import re
@@ -33,9 +33,9 @@ def test_the_index_lists_the_chapters_in_their_order() -> None:
 
 @pytest.mark.parametrize("page", CHAPTERS, ids=lambda page: page.name)
 def test_a_chapter_has_all_its_parts(page: Path) -> None:
-    """A chapter shows a film and a picture. It has a command that draws a figure, a command that
-    makes a live page, and questions with commands.
-    Its last line leads to the chapters before and after it."""
+    """A chapter shows a film and a picture. The chapter has a command that draws a figure, a
+    command that makes a live page, and questions with commands. The chapter's last line links to
+    the chapters before and after it."""
     text = page.read_text(encoding="utf-8")
     assert {Path(name).suffix for name in shown(page)} == {".gif", ".png"}
     assert "python -m gpgpu_rt.figures --only" in text and "gpgpu-rt web " in text
@@ -55,7 +55,7 @@ def test_only_figures_that_measure_are_left_out(page: Path) -> None:
 
 
 @pytest.mark.parametrize("page", CHAPTERS, ids=lambda page: page.name)
-def test_every_command_stands_in_a_block_that_tests_see(page: Path) -> None:
+def test_every_command_is_in_a_shell_block(page: Path) -> None:
     lines = re.findall(r"(?m)^ *((?:gpgpu-rt|python -m) .*)$", page.read_text(encoding="utf-8"))
     seen = [command for block in snippets(page) if block.language == "sh"
             for command in commands(block)]

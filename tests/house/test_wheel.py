@@ -1,4 +1,4 @@
-"""A wheel holds every file that the commands read, so that they run without a checkout."""
+"""A wheel contains every file that the commands read, so the commands run without a checkout."""
 from __future__ import annotations
 
 import configparser
@@ -100,7 +100,7 @@ def test_commands_run_without_a_checkout(installed: Path, tmp_path: Path, words:
     assert done.returncode == 0 and wanted in done.stdout, done.stderr or done.stdout
 
 
-def test_it_is_the_installed_package_that_ran(installed: Path, tmp_path: Path) -> None:
+def test_the_installed_package_needs_no_checkout(installed: Path, tmp_path: Path) -> None:
     """The installed package imports no file of the checkout. The advice on a missing extra names
     the wheel, because there is no checkout."""
     code = ("import sys, gpgpu_rt as rt, gpgpu_rt.figures\nfrom gpgpu_rt.cli import main\n"
