@@ -274,7 +274,7 @@ def test_sizes_with_ropes(tmp_path) -> None:
     (1.0, 8, "transfers cost more, as the survey says"),
     (6.0, 80, "transfers cost less, contrary to the survey")])
 def test_parts_of_the_ray_engine_s_time(transfer: float, pairs: int, says: str,
-                                         tmp_path) -> None:
+                                        tmp_path) -> None:
     """Figure 5 shows the bytes per ray, the verdict, and rates that are computed from seconds or
     from bytes."""
     cell = fig05.cell("cornell", "as it is", False)
