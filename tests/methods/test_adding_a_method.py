@@ -268,7 +268,7 @@ def test_a_wrong_value_in_a_row_is_named_in_a_line(folder: Path, text: str, inst
 ])
 def test_a_wrong_accelerator_is_named_in_a_line(folder: Path, text: str, instead: str,
                                                 message: str) -> None:
-    """A uniform that the GLSL does not read, or a field that does not fit its record, gives an
+    """A uniform that the GLSL does not declare, or a field that does not fit its record, gives an
     error message of one line."""
     path = folder / "sweep.py"
     assert text in path.read_text()
