@@ -56,7 +56,7 @@ def test_counters_are_as_the_page_says(scene: str, words: str) -> None:
         assert counters[counter] == pytest.approx(tables()[table][words][scene], rel=0.006)
 
 
-def test_every_method_of_the_family_is_there() -> None:
+def test_the_page_has_every_bvh_method() -> None:
     family = {row.name for row in rt.methods() if row.name.startswith("bvh-")}
     assert family == {asked(words)[0] for words in tables()["nodes"]}
     assert all(f"**`{name}`**" in PAGE.read_text() for name in family)
@@ -85,7 +85,7 @@ def test_streams_are_as_the_note_says(size: int, row: int) -> None:
         assert ", ".join(f"{length:,}" for length in lengths) in " ".join(text.split())
 
 
-def test_the_table_of_streams_agrees_with_that_of_nodes() -> None:
+def test_note_and_page_agree_on_node_counts() -> None:
     """The note's table of streams and the page's table of nodes have the same node counts for eye
     rays."""
     text, nodes = NOTE.read_text(), tables()["nodes"]

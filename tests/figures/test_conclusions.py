@@ -1,5 +1,5 @@
-"""The pages of Figures 2 and 26, of Table 1 and of the figure `cpu` show the numbers of the JSON
-files. So do the verdicts and the index."""
+"""The pages of Figures 2 and 26, of Table 1 and of the figure `cpu`, their verdicts and the index
+show the numbers in the files of the measurements (cells)."""
 from __future__ import annotations
 
 import csv
@@ -57,7 +57,7 @@ def test_every_row_of_table_1_has_a_method() -> None:
     assert set(methods) == {row.name for row in surveyed.rt.methods()}
 
 
-def test_rates_between_scenes_lie_on_a_line_of_logarithms() -> None:
+def test_rates_are_interpolated_in_logarithms() -> None:
     """The rate at 10,000 triangles is interpolated: the logarithm of the rate is linear in the
     logarithm of the number of triangles."""
     points = [(100, 8.0), (1_000_000, 2.0)]
@@ -65,7 +65,7 @@ def test_rates_between_scenes_lie_on_a_line_of_logarithms() -> None:
     assert [scaled.at_triangles([one]) for one in points] == pytest.approx([8, 2])
 
 
-def test_the_survey_s_own_scaling() -> None:
+def test_rates_are_scaled_as_in_the_survey() -> None:
     """Each paper's rate is scaled to a GeForce 8800, and divided by the scaled rate of the Ray
     Engine. Foley's rate is from an X800 with 8.32 billion instructions a second, and the Ray
     Engine's rate is from a GeForce4 with 2.4 billion."""
@@ -112,7 +112,7 @@ def _conclusions(folder: Path) -> dict[str, float]:
     return times
 
 
-def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path) -> None:
+def test_figure_26_and_table_1_show_the_data(tmp_path: Path) -> None:
     times = _conclusions(tmp_path)
     assert set(fig26.cells(False)) < set(table1.cells(False))
     fig26.draw(tmp_path, tmp_path, False)
@@ -130,14 +130,14 @@ def test_figure_26_and_table_1_hold_what_the_data_say(tmp_path: Path) -> None:
     assert float(rows["kd-restart"]["predicted_ns"]) == pytest.approx(1e9 * seconds)
     ours, engine = (float(rows[name]["predicted_ns"]) for name in ("kd-restart", "ray-engine"))
     assert float(rows["kd-restart"]["predicted"]) == pytest.approx(engine / ours)
-    assert rows["ray-tiles"]["predicted_ns"] == ""     # it has no era form (docs/era.md)
+    assert rows["ray-tiles"]["predicted_ns"] == ""     # ray-tiles has no era form (docs/era.md)
     said = fig26.judge(tmp_path, False)
     assert said.renderer is not None and said.scenes == ("tenk",)
-    # The faked measured times equal the published times, but one scene is too little to judge.
+    # The faked times have the published ratios, but one scene is too little to judge.
     here = said.renderer
     assert (here.word, here.scenes, here.pairs) == (verdicts.TOO_LITTLE, ("tenk",), here.agreed)
     assert "tau-b is 0.8 or more in 1 of 1 group;" in here.why
-    # The predicted times grow with the row of Table 1, unlike the published times.
+    # The predicted times increase from row to row of Table 1. The published times do not.
     assert said.pairs > said.agreed and said.why.startswith("Times predicted for the NVIDIA")
     page = (tmp_path / "fig26.md").read_text()
     assert surveyed.rays_of_columns(False) in page
@@ -232,7 +232,7 @@ def test_the_cpu_s_rays_a_gflop(tmp_path: Path) -> None:
     assert (tmp_path / one["file"]).exists()
 
 
-def test_a_nominal_clock_is_the_base_clock_where_there_is_one(tmp_path: Path) -> None:
+def test_the_nominal_clock_is_the_base_clock_if_known(tmp_path: Path) -> None:
     facts = {"model name": "Some CPU @ 2.20GHz", "cpu MHz": "3512.4"}
     base = tmp_path / "base_frequency"
     assert cpu_peak.clock_of(facts, base)[0] == pytest.approx(2.2e9)
@@ -260,7 +260,7 @@ def test_embree_on_all_threads_is_measured(tmp_path: Path) -> None:
     assert found["processor_seconds"] > 0
 
 
-def test_figure_2_is_of_real_draws(tmp_path: Path) -> None:
+def test_figure_2_shows_recorded_draws(tmp_path: Path) -> None:
     fig02.draw(tmp_path, tmp_path, False)
     whole, quads = fig02.shown()
     assert (whole.primitives, whole.fragments) == (1, fig02.SIDE ** 2)
@@ -300,7 +300,7 @@ def test_a_small_comparison_traces_back_to_its_cells(tmp_path: Path, monkeypatch
     assert f"## Works\n\n* {find_work('Foley and Sugerman 2005')}.\n" in page
 
 
-def test_seconds_spent_are_those_of_all_cells(tmp_path: Path) -> None:
+def test_seconds_spent_are_summed_over_cells(tmp_path: Path) -> None:
     cells = [Cell("shirley6", "kd-ropes", (("max_depth", depth),), 0, "tree") for depth in (2, 3)]
     measure.measure(cells, tmp_path)
     found = [json.loads((tmp_path / cell.name).read_text()) for cell in cells]
@@ -321,9 +321,8 @@ def test_seconds_spent_are_those_of_all_cells(tmp_path: Path) -> None:
     assert spent() == (found[1]["processor_seconds"], 1)
 
 
-def test_pages_drawn_before_stay_what_they_were(tmp_path: Path, monkeypatch) -> None:
-    """Drawing a page leaves other pages as they are. The index says which pages have measurements
-    of another size (quick or full)."""
+def test_drawing_a_page_changes_no_other_page(tmp_path: Path, monkeypatch) -> None:
+    """The index says which pages have measurements of another size (quick or full)."""
     sizes = {False: 8, True: 12}
     small = replace(
         fig12.FIGURE, panels=(Panel("cornell"),), remarks=lambda results: [], paper_card=None,
@@ -344,7 +343,7 @@ def test_pages_drawn_before_stay_what_they_were(tmp_path: Path, monkeypatch) -> 
     assert "Size of the measurements: the papers', but quick for fig13." in index
 
 
-def test_provenance_of_what_is_not_measured(tmp_path: Path) -> None:
+def test_provenance_of_a_figure_without_measurements(tmp_path: Path) -> None:
     (tmp_path / "fig02.md").write_text("a page")
     assert provenance.held("fig02", tmp_path) is None
     provenance.record("fig02", [], tmp_path, tmp_path, False, verdicts.DIAGRAM)
@@ -354,7 +353,7 @@ def test_provenance_of_what_is_not_measured(tmp_path: Path) -> None:
     assert "drawn from observed passes" in provenance.summary(held)
 
 
-def test_contradictions_quote_what_is_published() -> None:
+def test_contradictions_quote_published_numbers() -> None:
     says = " ".join(one.says for one in CONTRADICTIONS)
     cornell = [published("fig13", "cornell", *more) for more in (
         ("kd-packet", "push_down=False stack_size=0", "primary"), ("kd-restart", "", "primary"),
@@ -364,8 +363,7 @@ def test_contradictions_quote_what_is_published() -> None:
     assert all(f"{value:g}" in says for value in (*cornell, *grids))
 
 
-def test_contradictions_stand_on_pages() -> None:
-    """Each figure or table that a contradiction names exists."""
+def test_contradictions_name_existing_figures_and_tables() -> None:
     assert len(CONTRADICTIONS) == 16
     of_survey = {name for one in CONTRADICTIONS for name in one.pages
                  if name.startswith(("fig", "table"))}

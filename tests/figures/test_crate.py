@@ -112,7 +112,7 @@ def test_a_sound_folder_passes(out: Path, capsys) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"@graph": 3}', '{"@graph": [{"@id": "./"}]}'])
-def test_another_description_is_refused_in_one_line(out: Path, capsys, text: str) -> None:
+def test_a_malformed_description_is_refused_in_one_line(out: Path, capsys, text: str) -> None:
     (out / crate.NAME).write_text(text)
     with pytest.raises(Error, match="to write it again"):
         crate.faults(out)

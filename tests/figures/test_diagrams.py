@@ -71,9 +71,9 @@ def expected(small: World, method: str) -> list[int]:
     return visits
 
 
-def test_the_world_shows_what_it_is_for() -> None:
-    """In the diagrams' scene, the tree has the depth MAX_DEPTH and no split along z, and the ray
-    crosses four leaves with triangles."""
+def test_the_scene_of_the_diagrams() -> None:
+    """The tree has the depth MAX_DEPTH and no split along z, and the ray crosses four leaves with
+    triangles. A build gives the same tree again."""
     tree = SMALL.tree
     assert 2 not in tree.axis and tree.depth == MAX_DEPTH
     assert len(crossed(SMALL)) == 4 and all(SMALL.inside(leaf) for leaf in crossed(SMALL))
@@ -84,7 +84,7 @@ def test_the_world_shows_what_it_is_for() -> None:
 
 
 @pytest.mark.parametrize("method", ["kd-texture-stack", "kd-restart", "kd-backtrack"])
-def test_visits_are_those_of_geometry(method: str) -> None:
+def test_walks_visit_the_nodes_that_geometry_predicts(method: str) -> None:
     found = walk(method)
     assert found.visited == expected(SMALL, method)
     assert len(found.visited) == found.hits.nodes_visited[0]
@@ -115,7 +115,7 @@ def test_figure_3_streams_are_those_of_the_linked_programs() -> None:
     assert set().union(*gathered.values()) == set(tables)
 
 
-def test_figure_4_passes_follow_each_other_through_textures() -> None:
+def test_figure_4_passes_read_the_textures_of_the_pass_before() -> None:
     """In a batch, every pass reads the textures that the previous pass wrote. The passes of all
     batches are present."""
     passes, split, hits = fig04.passes()
@@ -133,7 +133,7 @@ def test_figure_4_passes_follow_each_other_through_textures() -> None:
     assert (hits.triangle == expected.triangle).all() and hits.hit.any()
 
 
-def test_figure_3_passes_do_all_the_steps() -> None:
+def test_figure_3_passes_are_all_steps_of_all_rays() -> None:
     count = fig03.SIDE ** 2
     with rt.Tracer(SMALL.scene, fig03.METHOD, max_depth=MAX_DEPTH, statistics=True) as tracer:
         hits = tracer.trace(*fig03.rays())
@@ -160,9 +160,9 @@ def test_figure_9_lists_the_tree() -> None:
                          if SMALL.is_leaf(n))) == set(range(len(SMALL.triangles)))
 
 
-def test_figure_10_is_the_walk_and_shows_the_slip() -> None:
-    """Figure 10 lists each step of the walk. It also lists the nodes at which the survey's printed
-    rule chooses the wrong child."""
+def test_figure_10_shows_the_walk_and_the_printed_mistake() -> None:
+    """The rows of Figure 10 are the steps of the walk. `printed_rule` lists the nodes at which the
+    survey's printed rule chooses the wrong child."""
     found = walk(fig10.METHOD)
     rows = fig10.rows(SMALL, found)
     assert len(rows) == found.hits.steps[0]
@@ -170,10 +170,10 @@ def test_figure_10_is_the_walk_and_shows_the_slip() -> None:
     assert [row[2] for row in down] == [SMALL.name(node) for node in found.visited]
     for row, step in zip(rows, found.steps):
         assert row[4:6] == [f"{step.after['t_min']:.3f}", f"{step.after['t_max']:.3f}"]
-        # The stack in each row is as high as the state says, and a pop removes the top entry.
+        # The state gives the number of entries in the row's stack.
         assert row[7].count("(") == step.after["stacked"]
     for before, row in zip(rows, rows[1:]):
-        if row[1] == "pop":
+        if row[1] == "pop":     # a pop removes the top entry
             top = re.findall(r"\((\w+), ([\d.]+)\)", before[7])[-1]
             assert top == (row[2], row[5])
     assert re.search(r"triangle (\d+)", rows[-1][6])[1] == str(found.hits.triangle[0])
@@ -186,8 +186,8 @@ def test_figure_10_is_the_walk_and_shows_the_slip() -> None:
 
 
 def test_the_printed_rule_is_right_where_no_plane_lies_behind(monkeypatch) -> None:
-    """The origin of this ray lies outside the box, and no split plane on the ray's way has a
-    negative t. Then the corrected rule agrees with the printed rule of the survey's Figure 10."""
+    """This ray starts outside the box, and no split plane of a visited node has a negative t. The
+    printed rule of the survey's Figure 10 then agrees with the corrected rule."""
     outside = World(SMALL.scene, SMALL.triangles, SMALL.tree, SMALL.lo, SMALL.hi,
                     (SMALL.origin - SMALL.direction).astype(np.float32), SMALL.direction)
     found = walk(fig10.METHOD, outside)
@@ -251,7 +251,7 @@ def subtree(small: World, top: int) -> set[int]:
     return {node for node in range(len(small.tree.axis)) if top in path(small, 0, node)}
 
 
-def test_a_walk_is_one_ray() -> None:
+def test_a_walk_has_one_ray() -> None:
     assert all(isinstance(walk(name), Walk) and len(walk(name).hits) == 1 for name in
                (fig10.METHOD, *fig11.METHODS, fig15.METHOD))
 
@@ -263,7 +263,7 @@ def below(found: Hierarchy, node: int) -> list[int]:
     return [t for child in found.children(node) for t in below(found, child)]
 
 
-def test_figure_18_boxes_are_the_smallest_around_what_they_hold() -> None:
+def test_figure_18_boxes_are_the_smallest_around_their_triangles() -> None:
     found = hierarchy()
     assert sorted(below(found, 0)) == list(range(len(SMALL.triangles)))
     assert sum(map(found.is_leaf, range(len(found)))) > 2
@@ -291,7 +291,7 @@ def test_figure_19_miss_links_lead_past_the_subtree() -> None:
     assert words == {row[0]: row[2] for row in fig19.rows(found, [])}
 
 
-def test_figure_19_visits_are_those_of_geometry() -> None:
+def test_figure_19_visits_the_nodes_that_geometry_predicts() -> None:
     """The visited nodes are the nodes that geometry predicts. The prediction follows hit links
     and miss links. It tests boxes by slabs in float64, and triangles by the float64 reference."""
     found, ray = hierarchy(), walk(fig19.METHOD)

@@ -46,7 +46,7 @@ def _write(data: Path) -> None:
             write_cell(cell, data, counts=_counts())
 
 
-def test_the_table_holds_what_the_counts_say(tmp_path: Path) -> None:
+def test_the_table_follows_from_the_counts(tmp_path: Path) -> None:
     _write(tmp_path)
     era_machine.draw(tmp_path, tmp_path, full=False)
     with (tmp_path / "era_machine.csv").open() as file:
@@ -84,7 +84,7 @@ def test_a_prediction_that_is_far_off_names_its_instructions(tmp_path: Path) -> 
     primary = next(row for row in rows if row.panel.rays == "primary")
     assert (primary.per, primary.runs, primary.instructions) == ("a ray", RUNS / PIXELS, cost)
     assert primary.issued_instructions == 2 * cost
-    # The published 38.3 million rays per second leave this many instructions for each run.
+    # The published 38.3 million rays per second allow this many instructions per kernel run.
     assert primary.allowed == pytest.approx(card.issue_rate / 38.3e6 / (RUNS / PIXELS))
     said = far_off(rows)
     assert len(said) == len(rows) == 2 and "kd-restart: predicted" in said[0]
@@ -92,7 +92,7 @@ def test_a_prediction_that_is_far_off_names_its_instructions(tmp_path: Path) -> 
             in said[0])
 
 
-def test_parts_of_the_rows_have_medians_of_their_own(tmp_path: Path) -> None:
+def test_each_part_of_the_rows_has_its_own_median(tmp_path: Path) -> None:
     _write(tmp_path)
     rows = era_machine.rows(tmp_path, False)
     primary, shadow = (row for row in rows if row.scored)
@@ -129,9 +129,9 @@ def test_scenes_without_a_published_order_have_no_tau() -> None:
     assert era_machine.orders(rows) == {("a", "x"): 1.0}
 
 
-def test_a_time_of_less_than_three_instructions_a_test_is_ruled_out(tmp_path: Path) -> None:
-    """The published time leaves 2.1 instructions for each test of a triangle of the bunny, and 23
-    for each test of a triangle of cornell."""
+def test_times_too_short_for_the_triangle_tests_are_ruled_out(tmp_path: Path) -> None:
+    """A triangle test needs at least three instructions. The published time allows 2.1
+    instructions per test on the bunny, and 23 on cornell."""
     triangles = {"cornell": 32, "bunny": 69_451}
     for panel, column, cells in predicted_times.pairs(fig12.FIGURE, False):
         if column.method == "brute-force" and panel.scene in triangles:
@@ -172,8 +172,9 @@ def test_a_missed_bar_is_named_with_its_distance() -> None:
     assert "1 of 2 scenes: missed in fig20 robots (0.2)" in said[2]
 
 
-def test_counts_of_an_image_keep_the_runs_of_each_ray() -> None:
-    """All three forms of a program have the same kernel runs, but differ in lanes and passes."""
+def test_all_forms_of_a_program_have_the_same_runs() -> None:
+    """All three forms of a program have the same kernel runs. The form with passes also has counts
+    of passes."""
     scene = load_scene("cornell")
     found = image_issues.measure(scene, workload("cornell", EYE, 256), "bvh-threaded", {}, "G80")
     assert found["pixels"] == 256 * 256
@@ -184,8 +185,8 @@ def test_counts_of_an_image_keep_the_runs_of_each_ray() -> None:
     assert sum(passes["passes"]) > 0 and not loop["passes"]
 
 
-def test_lanes_of_a_warp_run_what_their_packet_visits() -> None:
-    """A packet's counters say how often each of its lanes runs a kernel."""
+def test_runs_of_lanes_follow_from_their_packet() -> None:
+    """The kernel runs of a lane follow from the counters of the lane's packet."""
     scene, size = load_scene("cornell"), 192     # the counted tiles cover the image
     found = image_issues.measure(scene, workload("cornell", EYE, size), "bvh-packet", {}, "G80")
     issued = found["issued"][program_forms.PACKETS]

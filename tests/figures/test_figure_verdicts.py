@@ -16,7 +16,7 @@ from gpgpu_rt.figures.survey import fig14_mirrors as fig14
 from gpgpu_rt.figures.survey import fig17_rope_memory as fig17
 
 
-def test_the_pseudocode_as_printed_is_contradicted(tmp_path: Path) -> None:
+def test_the_printed_pseudocode_is_refuted(tmp_path: Path) -> None:
     assert fig10.judge(tmp_path, False).word == verdicts.REFUTED
 
 

@@ -1,4 +1,5 @@
-"""The pages of figures show the numbers of the JSON files; finished measurements are kept."""
+"""Tests of figures: pages show the numbers of the measurements (cells), and a finished cell is not
+measured again."""
 from __future__ import annotations
 
 import csv
@@ -115,7 +116,7 @@ def test_no_two_cells_share_a_file(full: bool) -> None:
 
 
 @pytest.mark.parametrize("figure", COMPARISONS, ids=lambda f: f.name)
-def test_tables_hold_the_measured_numbers(figure, tmp_path) -> None:
+def test_tables_show_the_measured_numbers(figure, tmp_path) -> None:
     expected = {}
     panels = list(dict.fromkeys(panel for panel, _ in figure.pairs(False)))
     for at, (panel, column) in enumerate(figure.pairs(False)):
@@ -161,13 +162,13 @@ def test_unwritable_folder(tmp_path, capsys) -> None:
 
 
 @pytest.mark.parametrize("name, near", [("11", "fig11"), ("1", "fig01"), ("stack", "stacks")])
-def test_a_figure_is_guessed(name: str, near: str, capsys) -> None:
+def test_an_unknown_figure_gets_a_suggestion(name: str, near: str, capsys) -> None:
     with pytest.raises(SystemExit):
         main(["--only", name])
     assert f"no figure {name!r}; did you mean {near}" in capsys.readouterr().err
 
 
-def test_an_order_unlike_the_published_one_is_explained(tmp_path) -> None:
+def test_an_order_unlike_the_paper_s_is_explained(tmp_path) -> None:
     """If the measured order of two columns differs from the published order, the page names the
     two columns and their counters."""
     figure = fig20.FIGURE
@@ -203,8 +204,8 @@ def test_published_nanoseconds(asked: tuple[str, ...], expected: float) -> None:
     assert nanoseconds(published_row(*asked)) == pytest.approx(expected)
 
 
-def test_another_cpu_is_left_out_of_tau(tmp_path) -> None:
-    """Figure 16: the rank correlation tau-b leaves out embreex, however fast embreex is."""
+def test_tau_leaves_out_the_cpu(tmp_path) -> None:
+    """In Figure 16, the rank correlation tau-b leaves out embreex."""
     figure, panel = fig16.FIGURE, Panel("bunny", "primary")
     for ns, column in zip((1, 300, 200), figure.columns):
         _fake(figure.cell(panel, column, False), tmp_path, ns)
@@ -214,9 +215,9 @@ def test_another_cpu_is_left_out_of_tau(tmp_path) -> None:
     assert "packets have 1.5 times the rate of single rays, 1.43 times in the paper" in page
 
 
-def test_packets_counters_are_shared_out() -> None:
+def test_a_packet_s_visit_counts_once() -> None:
     """A packet's visit of a node counts once, not once for each ray of the packet. The number of
-    visits is divided by the number of live rays, so pixels without a ray do not count."""
+    visits is divided by the number of live rays; pixels without a ray are not counted."""
     cell = Cell("cornell", "kd-packet", size=16, work="mirror rays 3", runs=1)
     result = measure.run(cell)
     rays = workload("cornell", "mirror rays 3", 16)
@@ -272,8 +273,8 @@ def test_sizes_with_ropes(tmp_path) -> None:
 @pytest.mark.parametrize("transfer, pairs, says", [
     (1.0, 8, "transfers cost more, as the survey says"),
     (6.0, 80, "transfers cost less, contrary to the survey")])
-def test_where_the_ray_engines_time_goes(transfer: float, pairs: int, says: str,
-                                         tmp_path) -> None:
+def test_parts_of_the_ray_engine_s_time(transfer: float, pairs: int, says: str,
+                                        tmp_path) -> None:
     """Figure 5 shows the bytes per ray, the verdict, and rates that are computed from seconds or
     from bytes."""
     cell = fig05.cell("cornell", "as it is", False)

@@ -1,5 +1,5 @@
-"""Tests of the figure of moving scenes: its measurements (cells) are right, and pages and docs
-show the measured numbers."""
+"""Tests of the figure `frames`, which measures moving scenes: its measurements (cells) are right,
+and pages and docs show the measured numbers."""
 from __future__ import annotations
 
 import csv
@@ -93,7 +93,7 @@ def test_a_scene_is_measured_from_its_first_frame(tmp_path, monkeypatch) -> None
         cached.cache_clear()
 
 
-def test_pages_hold_the_measured_numbers(tmp_path) -> None:
+def test_pages_show_the_measured_numbers(tmp_path) -> None:
     expected = {}
     for scene in filter(frames.is_there, frames.SCENES):
         for at, (label, method, options) in enumerate(frames.columns()):
@@ -125,7 +125,7 @@ def test_pages_hold_the_measured_numbers(tmp_path) -> None:
 @pytest.mark.full
 @pytest.mark.parametrize("name, at", [("cloth", (8, 48)), ("walker", (8, 48, 96)),
                                       ("explosion", (8, 24, 48))])
-def test_how_a_refitted_tree_fares(name: str, at: tuple[int, ...]) -> None:
+def test_refitted_trees_cost_what_the_note_says(name: str, at: tuple[int, ...]) -> None:
     """The note gives two ratios of SAH costs: refitted tree to first frame's tree, and refitted
     tree to newly built tree."""
     page, animation = NOTE.read_text(), rt.load_animation(name)
@@ -140,7 +140,7 @@ def test_how_a_refitted_tree_fares(name: str, at: tuple[int, ...]) -> None:
 
 
 @pytest.mark.full
-def test_what_rays_do_in_a_bih() -> None:
+def test_counters_of_a_bih_are_as_the_page_says() -> None:
     scene, page = real_scene("bunny"), PAGE.read_text().replace("\n", " ")
     said = []
     for method, options in (("bih", {}), ("bvh-threaded", {}), ("bih", {"stack_size": 16})):

@@ -57,7 +57,7 @@ def _done(cell: Cell, visits: int, tests: int = 0) -> dict[str, Any]:
                           for line in gap_work.LINES for together in gap_work.TOGETHER}}
 
 
-def test_bytes_moved_are_those_of_the_log(tmp_path: Path) -> None:
+def test_the_page_shows_the_logged_bytes(tmp_path: Path) -> None:
     for cell in retention.cells(False):
         kernels = dict(cell.options)["schedule"] == "kernels"
         _keep(tmp_path, cell, {
@@ -72,7 +72,7 @@ def test_bytes_moved_are_those_of_the_log(tmp_path: Path) -> None:
     assert "moves 2.11 times the bytes of `loop`" in (tmp_path / "retention.md").read_text()
 
 
-def test_a_ray_s_bytes_are_those_of_its_records() -> None:
+def test_a_ray_s_state_has_the_bytes_of_its_records() -> None:
     # A ray has 8 numbers, its inverse direction has 3 numbers, and its hit has 4 numbers. The
     # state for a kd-tree has t_min, t_max, t_exit, node, cursor, end, phase and steps. The state
     # for a BVH has node, cursor and stack height.
@@ -84,7 +84,7 @@ def test_a_ray_s_bytes_are_those_of_its_records() -> None:
     assert stacks.state_bytes("kd-short-stack") == plain + 4 * 3  # without the stack itself
 
 
-def test_schedules_of_a_scene_differ_in_what_they_move() -> None:
+def test_kernels_moves_more_bytes_than_loop() -> None:
     rays = workload("cornell", EYE, 32)
     moved = {schedule: gap_work.measure(gap_work.MOVED, rt.load_scene("cornell"), rays,
                                         "kd-restart", {"schedule": schedule})
@@ -97,9 +97,9 @@ def test_schedules_of_a_scene_differ_in_what_they_move() -> None:
         assert moved["kernels"]["bytes"][part] > 3 * alone[part]
 
 
-def test_utilisation_is_what_lanes_do_over_what_they_wait(tmp_path: Path) -> None:
-    """Utilisation is the number of lanes that run, divided by the number of lanes that are issued.
-    A push is not counted as a run."""
+def test_utilisation_is_the_share_of_lanes_that_work(tmp_path: Path) -> None:
+    """Utilisation is the number of lanes that work, divided by the number of issued lanes. Runs of
+    the kernel `push` are not counted."""
     for cell in simd_width.cells(False):
         _keep(tmp_path, cell, _done(cell, 40 if cell.method == "bvh-stack" else 10, 5))
     rows = _page(simd_width, tmp_path)
@@ -113,7 +113,7 @@ def test_utilisation_is_what_lanes_do_over_what_they_wait(tmp_path: Path) -> Non
     assert "in a BVH the numbers are 960 and 2880" in table
 
 
-def test_stacks_leave_rays_in_flight_that_fit(tmp_path: Path) -> None:
+def test_stacks_limit_the_rays_in_flight(tmp_path: Path) -> None:
     for cell in stacks.cells(False):
         deep = cell.work.startswith(gap_work.STACKS)
         _keep(tmp_path, cell, {"levels": 32, "histogram": [0, 5, 2]} if deep
@@ -141,7 +141,7 @@ def test_stacks_leave_rays_in_flight_that_fit(tmp_path: Path) -> None:
         64 / clocks, 32 / (4 * instructions)))
 
 
-def test_a_method_without_compiled_kernels_keeps_its_bytes(tmp_path: Path) -> None:
+def test_a_method_without_compiled_kernels_still_has_bytes(tmp_path: Path) -> None:
     for cell in stacks.cells(False):
         deep = cell.work.startswith(gap_work.STACKS)
         _keep(tmp_path, cell, {"levels": 12, "histogram": [1]} if deep else _done(cell, 10, 2))
@@ -192,7 +192,7 @@ def test_fewer_instructions_need_more_rays_to_hide_fetches() -> None:
     assert stacks._rate(row, 0.5) == pytest.approx(20 * 48 / 96)
 
 
-def test_units_are_as_fast_as_their_figures_allow(tmp_path: Path) -> None:
+def test_times_follow_from_the_rates_of_the_units(tmp_path: Path) -> None:
     for cell in ideal_hardware.cells(False):
         _keep(tmp_path, cell, _done(cell, 10, 5))
     rows = {(row["scene"], row["method"], row["machine"]): row
@@ -201,7 +201,7 @@ def test_units_are_as_fast_as_their_figures_allow(tmp_path: Path) -> None:
     both = rows["kitchen", "kd-restart", "G80 and both"]
     assert float(both["steps ns"]) == pytest.approx(
         1e9 * 10 / (ideal.units * ideal.clock * ideal.steps))
-    # The RPU has no compiler of its own, so the R580's compiler counts its instructions.
+    # The RPU has no compiler, so the R580's compiler counts the instructions.
     test = static_cost("r580", "kd-texture-stack", "intersect", in_loop=True).arithmetic
     prototype = rows["conference", "kd-texture-stack", "RPU"]
     assert float(prototype["shader ns"]) == pytest.approx(1e9 * 4 * 5 * test / rpu.vector_rate)
@@ -214,7 +214,7 @@ def test_units_are_as_fast_as_their_figures_allow(tmp_path: Path) -> None:
 @pytest.mark.parametrize("method, options", [
     ("kd-texture-stack", {}), ("bvh-threaded", {"octants": True}),
     ("kd-packet", {"packet": (2, 2)}), ("bvh-stack", {"sort_rays": True})])
-def test_traced_squares_have_whole_groups_of_every_width(method: str, options: dict) -> None:
+def test_groups_of_every_width_fill_the_traced_squares(method: str, options: dict) -> None:
     """At width 1 no lane waits, so the number of lanes equals the number of runs. Wider groups use
     at least as many lanes as narrower groups."""
     scene, rays = rt.load_scene("cornell"), workload("cornell", EYE, 128)

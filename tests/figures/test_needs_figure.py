@@ -22,7 +22,7 @@ from gpgpu_rt.scene.light import BACKDROP
 
 
 @pytest.mark.parametrize("step", range(len(STEPS)))
-def test_derived_draws_the_same_from_no_more(exact_renderer, step: int) -> None:
+def test_derived_features_suffice_and_cost_no_more(exact_renderer, step: int) -> None:
     """With only the features that a scene requires, a renderer draws the same picture as with all
     features, and uses no more bytes or passes."""
     found = needs_times.measure(step, "bvh-threaded", 24, 1, "tenk")
@@ -35,7 +35,7 @@ def test_derived_draws_the_same_from_no_more(exact_renderer, step: int) -> None:
         assert one["texture_bytes"] <= other["texture_bytes"] / 2
 
 
-def test_each_step_needs_more_than_the_last() -> None:
+def test_each_step_needs_other_and_no_fewer_features() -> None:
     present = [SceneNeeds.of(scene, Asked(4, 4)).present for scene in scenes("tenk")]
     assert len(present) == len(STEPS) == len(set(present))
     assert all(len(a) <= len(b) for a, b in zip(present, present[1:]))
@@ -59,7 +59,7 @@ def test_every_part_of_a_scene_is_in_its_digest(monkeypatch) -> None:
     assert len({needs_times.digest("tenk", at) for at in range(len(changed))}) == len(changed)
 
 
-def test_the_page_says_what_was_measured(tmp_path: Path, monkeypatch) -> None:
+def test_the_page_shows_the_measured_steps(tmp_path: Path, monkeypatch) -> None:
     small = [Cell("tenk", needs.METHOD, (("step", step),), 8, "needs", 1) for step in (0, 1)]
     monkeypatch.setattr(needs, "cells", lambda full: small)
     monkeypatch.setattr(needs, "SCENE", "tenk")
@@ -73,7 +73,7 @@ def test_the_page_says_what_was_measured(tmp_path: Path, monkeypatch) -> None:
 
 
 @pytest.mark.parametrize("module", [fig01, fig07], ids=["fig01", "fig07"])
-def test_lit_pictures_are_drawn_with_what_they_took(module, tmp_path: Path, monkeypatch) -> None:
+def test_lit_pictures_are_drawn_with_rays_and_seconds(module, tmp_path: Path, monkeypatch) -> None:
     """The CSV file of a lit picture has the picture's number of rays and seconds."""
     def tiny(*asked: Any, **more: int) -> Cell:
         *_, method, _ = asked

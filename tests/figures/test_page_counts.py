@@ -2,7 +2,7 @@
 test counts both again from the page's measurements (cells).
 
 The test does not measure cells, but writes cells whose times all contradict the survey. A figure
-whose verdict is not "contradicted" therefore has too few scenes or pairs.
+that is judged on scenes is therefore "contradicted", or has too few scenes or pairs.
 """
 from __future__ import annotations
 
@@ -217,15 +217,14 @@ def drawn(request, tmp_path_factory) -> Iterator[tuple[tuple[str, ...], Path, Pa
 
 
 @pytest.mark.parametrize("figure", JUDGED)
-def test_the_counts_on_a_page_are_those_of_its_cells(figure: str, drawn) -> None:
+def test_a_page_has_the_counts_of_its_cells(figure: str, drawn) -> None:
     _check(figure, *drawn[1:])
 
 
 def test_no_figure_is_contradicted_by_too_little(drawn) -> None:
     """All faked times contradict the survey, but only figures with enough scenes and pairs are
-    called contradicted. The claims of Figure 10 are about the printed pseudocode, and the claims
-    of Table 1 are about the methods. These claims depend on no scene, so their verdicts need no
-    scenes."""
+    called contradicted. The verdicts of Figure 10, on the printed pseudocode, and of Table 1, on
+    the methods, need no scenes."""
     meshes, _, out = drawn
     words = {name: json.loads((out / f"{name}.json").read_text())["verdict"]
              for name in JUDGED}
@@ -259,7 +258,7 @@ def test_a_wrong_count_is_found(file: str, before: str, after: str, drawn) -> No
         (out / file).write_text(text)
 
 
-def test_an_index_counts_nothing_that_is_zero() -> None:
+def test_the_index_leaves_out_counts_of_zero() -> None:
     """If only a diagram is drawn, without measurements, the index has a single sentence."""
     page = {"verdict": vars(verdicts.DIAGRAM) | {"scenes": []}, "cells": [], "size": "quick",
             "drawn": {"renderer": "llvmpipe"}}

@@ -25,7 +25,7 @@ def test_figure_6_has_purcells_kernels() -> None:
     assert set(kinds["surfaces"][0].writes) == {"rays", "lit", "direct"}
 
 
-def test_figure_23_tells_the_order_and_what_cones_reject() -> None:
+def test_figure_23_shows_the_order_and_the_rejected_pairs() -> None:
     """Figure 23 shows the passes in order. The cones reject most pairs of triangle and tile."""
     log, batches = fig23.passes()
     kernels = [one.kernel for one in log]
@@ -42,7 +42,7 @@ def test_figure_23_tells_the_order_and_what_cones_reject() -> None:
 
 
 @pytest.mark.parametrize("figure", [fig06, fig23])
-def test_they_are_drawn(tmp_path: Path, figure) -> None:
+def test_figures_6_and_23_are_drawn(tmp_path: Path, figure) -> None:
     figure.draw(tmp_path, tmp_path, False)
     assert len(list(tmp_path.iterdir())) == 3
 

@@ -27,7 +27,7 @@ def test_errors_shrink_with_samples(tmp_path, monkeypatch) -> None:
     assert (tmp_path / "path_noise.png").stat().st_size > 10_000
 
 
-def test_the_truth_is_less_noisy_than_the_bar() -> None:
+def test_the_reference_picture_s_noise_is_below_the_target() -> None:
     radiance, error = path_errors.cornell_truth()
     assert radiance.shape == error.shape == (64, 64, 3) and (radiance >= 0).all()
     assert 0 < path_errors.truth_noise() < path_noise.BARS["scene"]

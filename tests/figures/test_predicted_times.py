@@ -53,7 +53,7 @@ def _write(data: Path, reverse: bool = False, **scene: object) -> None:
 
 
 @pytest.mark.parametrize("reverse", [False, True])
-def test_the_card_decides_and_the_renderer_stands_beside(reverse: bool, tmp_path: Path) -> None:
+def test_times_predicted_for_the_card_decide_the_verdict(reverse: bool, tmp_path: Path) -> None:
     _write(tmp_path, reverse)
     said = fig12.FIGURE.judge(tmp_path, False)
     assert said.renderer is not None and said.scenes == said.renderer.scenes == SCENES
@@ -114,7 +114,7 @@ def test_without_predictions_the_verdict_says_which_methods_lack_them(tmp_path: 
     assert "No time is predicted" not in fig13.FIGURE.judge(tmp_path, False).why
 
 
-def test_each_improvement_of_packets_has_kernels_of_its_own(tmp_path: Path) -> None:
+def test_each_improvement_of_packets_has_its_own_kernels(tmp_path: Path) -> None:
     """All rows have the same kernel runs, so only the compiled kernels make the times differ."""
     kernels = ("traverse", "intersect", "leave", "begin", "pop")
     issued = {"kernels": kernels, "runs": [5000] * 5, "lanes": [6000] * 5, "iterations": 0,
@@ -132,12 +132,12 @@ def test_each_improvement_of_packets_has_kernels_of_its_own(tmp_path: Path) -> N
         costs = [static_cost("r580", "kd-packet", name, in_loop=True, **dict(row.column.options))
                  for name in kernels]
         assert row.instructions == pytest.approx(sum(one.arithmetic for one in costs) / 5)
-        assert row.runs == 5000 * 5 / 400      # a packet's run serves four rays
+        assert row.runs == 5000 * 5 / 400      # a packet runs a kernel once for four rays
     plain, down, short = (row.nanoseconds() for row in rows if row.judged)
     assert plain < down < short
 
 
-def test_a_picture_is_its_eye_rays_and_its_shadow_rays(tmp_path: Path) -> None:
+def test_a_picture_s_time_is_that_of_eye_and_shadow_rays(tmp_path: Path) -> None:
     cells = [cell for cell in _cells(fig20.FIGURE)
              if (cell.scene, cell.method) == ("cornell", "grid")]
     assert len(cells) == 2

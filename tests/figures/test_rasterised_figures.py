@@ -14,7 +14,7 @@ from gpgpu_rt.figures.framework.cell import Cell
 
 def test_the_lamp_hangs_under_a_closed_ceiling() -> None:
     """In the first scene, the lamp fills a hole of the ceiling. In the second scene, the ceiling
-    is closed, and the lamp is 0.5 below it."""
+    is closed, and the lamp is 0.5 below the ceiling."""
     let_in, hung = map(bundle_errors.scene_of, ray_bundles.SCENES)
     for scene, lamp_below, ceiling in ((let_in, 0, 556 * 559.2 - 130 * 105),
                                        (hung, 0.5, 556 * 559.2)):
@@ -31,8 +31,9 @@ def test_the_lamp_hangs_under_a_closed_ceiling() -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in caustic_errors.SCENES if "bunny" not in name])
-def test_each_caustic_has_something_that_turns_light(name: str) -> None:
-    """Each scene has mirrors or refracting surfaces, all above the floor, and other surfaces."""
+def test_each_caustic_scene_has_a_mirror_or_a_refractor(name: str) -> None:
+    """The mirrors or refracting surfaces lie above the floor. Each scene also has other
+    surfaces."""
     scene = caustic_errors.scene_of(name)
     turns = np.array([bool(m.ior) or any(m.mirror) for m in scene.materials])[scene.material_of]
     assert turns.any() and not turns.all() and scene.triangles[turns][..., 1].min() >= 0

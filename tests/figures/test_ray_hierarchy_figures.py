@@ -17,9 +17,9 @@ from gpgpu_rt.figures.survey import fig25_ray_hierarchy as fig25
 WIDE = 1 + 1e-5  # relative tolerance for the cones' margins and for float32 rounding
 
 
-def test_the_cones_are_those_of_the_rays() -> None:
-    """A node's sphere holds all ray origins below the node; the node's cone holds all directions.
-    Neither is much larger than necessary."""
+def test_spheres_and_cones_bound_their_rays() -> None:
+    """A node's sphere contains all ray origins below the node, and the node's cone contains all
+    directions. Sphere and cone are not much larger than necessary."""
     levels, _, _ = small_rays.traversal()
     origins, directions = (a.astype(float) for a in small_rays.rays())
     assert [len(level.radius) for level in levels] == [64, 16, 4, 1]
@@ -36,7 +36,7 @@ def test_the_cones_are_those_of_the_rays() -> None:
     assert len(fig24.rows()) == 21
 
 
-def test_the_stream_is_what_the_reduction_left() -> None:
+def test_each_stream_has_the_pairs_that_the_reduction_kept() -> None:
     _, rounds, hits = small_rays.traversal()
     assert [one.level for one in rounds] == [3, 2, 1]
     assert (rounds[0].pairs[:, 0] == np.arange(small_rays.TRIANGLES)).all()
@@ -51,7 +51,7 @@ def test_the_stream_is_what_the_reduction_left() -> None:
     assert rounds[-1].kept == hits.triangles_tested.sum()
 
 
-def test_no_hit_is_missing_in_the_stream() -> None:
+def test_no_pair_with_a_hit_is_missing_in_the_stream() -> None:
     _, rounds, hits = small_rays.traversal()
     truth = rt.reference.trace(small_rays.scene(), *small_rays.rays())
     assert (hits.triangle == truth.triangle).all() and truth.hit.sum() > 10

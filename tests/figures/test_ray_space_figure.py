@@ -12,7 +12,7 @@ from gpgpu_rt.figures.experiments import ray_space
 from gpgpu_rt.figures.framework import measure
 
 
-def test_its_cells_are_few_and_named_apart() -> None:
+def test_cells_have_different_names() -> None:
     quick, full = ray_space.cells(False), ray_space.cells(True)
     assert len({cell.name for cell in full}) == len(full) == 54
     assert len(quick) == 36 and {cell.size for cell in quick} == {64}
@@ -37,7 +37,7 @@ def test_measured_cells_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert (tmp_path / "ray_space.png").stat().st_size > 10_000
 
 
-def test_what_it_says_follows_from_the_rows() -> None:
+def test_findings_follow_from_the_rows() -> None:
     common = {"scene": "s", "rays": EYE, "visited": 1.0}
     rows = [{**common, "method": "kd-restart", "rays_per_second": 50.0, "tested": 5.0, "mib": 2.0},
             {**common, "method": "bvh-threaded", "rays_per_second": 100.0, "tested": 4.0,

@@ -32,7 +32,8 @@ def number(word: str) -> float:
 
 
 def counters(scene: str, method: str, packet: tuple[int, int], **options: object) -> list[float]:
-    """Returns two numbers: the nodes that a packet visits, and the triangles that it tests."""
+    """Returns the mean numbers of nodes that a packet visits and of triangles that it tests. In a
+    grid, the nodes are cells."""
     with rt.Tracer(real_scene(scene), method, packet=packet, statistics=True,
                    **options) as tracer:
         tracer.trace(*tracer.scene.camera.rays((256, 256)))
@@ -54,7 +55,7 @@ def test_culling_saves_what_the_page_says(scene: str, packet: tuple[int, int]) -
 
 @pytest.mark.full
 @pytest.mark.parametrize("scene", SCENES)
-def test_packets_in_a_grid_look_into_as_many_cells_as_the_page_says(scene: str) -> None:
+def test_packets_in_a_grid_visit_the_cells_that_the_page_says(scene: str) -> None:
     for name, packet in (("a single ray", (1, 1)), ("a packet of 16 rays", (4, 4))):
         for what, counted in zip(("cells", "tests"), counters(scene, "grid", packet)):
             said = next(row[2:] for row in rows() if row[:2] == [name, what])
@@ -63,7 +64,7 @@ def test_packets_in_a_grid_look_into_as_many_cells_as_the_page_says(scene: str) 
 
 @pytest.mark.full
 @pytest.mark.parametrize("name", WORK)
-def test_rays_are_as_alike_as_the_page_says(name: str) -> None:
+def test_coherence_is_as_the_page_says(name: str) -> None:
     real_scene("kitchen")
     found = coherence.measure(workloads.load("kitchen"),
                               workloads.workload("kitchen", WORK[name], 512))

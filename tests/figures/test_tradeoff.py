@@ -12,7 +12,7 @@ from gpgpu_rt.figures.framework import measure
 from gpgpu_rt.figures.framework.cell import Cell
 
 
-def test_the_front_is_not_beaten() -> None:
+def test_no_point_beats_the_pareto_front() -> None:
     """`pareto` returns the indices of the points (rate, error) that no other point beats, from the
     highest rate to the lowest."""
     points = [(1.0, 1e-5), (5.0, 1e-1), (2.0, 1e-5), (4.0, 1e-1), (3.0, 1e-3), (2.5, 1e-2)]

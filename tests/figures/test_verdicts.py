@@ -80,8 +80,8 @@ def test_nothing_measured() -> None:
 
 
 def test_ratios_are_off_by_the_median_over_pairs() -> None:
-    # The published times are equal. So our three ratios between methods, 2, 4 and 8, differ from
-    # the published ratios by the factors 2, 4 and 8.
+    # The published times are equal, so the published ratios between methods are 1. Our ratios are
+    # 2, 4 and 8, with the median 4.
     assert verdicts.off_by((1, 2, 8), (1, 1, 1)) == pytest.approx(4)
     assert verdicts.off_by((5, 10, 40), (1, 2, 8)) == pytest.approx(1)
 
@@ -111,7 +111,7 @@ def _claims(scenes: int, pairs: int, holds: bool = False, **more: bool) -> list[
 @pytest.mark.parametrize("scenes, pairs, word", [
     (1, 9, verdicts.TOO_LITTLE), (3, 1, verdicts.TOO_LITTLE), (2, 2, verdicts.CONTRADICTED),
     (1, 0, verdicts.TOO_LITTLE), (2, 0, verdicts.CONTRADICTED)])
-def test_claims_that_scenes_can_change_need_as_much(scenes: int, pairs: int, word: str) -> None:
+def test_claims_about_scenes_need_scenes_and_pairs(scenes: int, pairs: int, word: str) -> None:
     """A claim that compares no methods needs enough scenes, but no pairs of methods."""
     said = verdicts.of_claims(_claims(scenes, pairs))
     assert (said.word, len(said.scenes), said.pairs) == (word, scenes, scenes * pairs)
@@ -131,14 +131,14 @@ def test_claims_on_stand_ins_and_exceptions() -> None:
     assert verdicts.of_claims([], ["The scene x is out."]).word == verdicts.TOO_LITTLE
 
 
-def test_claims_about_a_method_itself_are_judged_where_scenes_are_too_few() -> None:
+def test_claims_about_a_method_are_judged_even_if_scenes_are_few() -> None:
     said = verdicts.of_claims([Claim("two planes a node", True), *_claims(1, 1)])
     assert (said.word, said.structure) == (verdicts.REPRODUCED, 1)
     assert verdicts.rests_on(said) == ("1 claim about a method itself, not about a scene; "
                                        "1 scored scene (s0) and 1 pair of methods")
 
 
-def test_a_verdict_comes_back_from_its_file(tmp_path: Path) -> None:
+def test_a_verdict_is_read_from_its_file(tmp_path: Path) -> None:
     said = verdicts.of_groups(_groups(TIMES, "bunny")
                               + _groups(TIMES, "cows", "kitchen", stand_in=True))
     said = replace(said, renderer=said)

@@ -1,5 +1,5 @@
-"""Workloads: shadow rays go from hits to the light, and mirror rays leave hits in the reflected
-direction."""
+"""Tests of workloads: shadow rays start at hits and end at the light, and mirror rays leave hits
+in the reflected direction."""
 from __future__ import annotations
 
 import numpy as np
@@ -37,7 +37,7 @@ def test_shadow_rays_reach_the_light(name: str) -> None:
     assert (faces == live).mean() > 0.99  # except where the light grazes the surface
 
 
-def test_shadow_rays_are_answered_as_by_the_reference() -> None:
+def test_shadow_rays_agree_with_the_reference() -> None:
     """For more than 99.5 % of the shadow rays, the tracer and the reference agree on whether an
     occluder lies before the light."""
     rays = workload("cornell", SHADOW, SIZE)
@@ -51,7 +51,7 @@ def test_shadow_rays_are_answered_as_by_the_reference() -> None:
 
 
 @pytest.mark.parametrize("bounces", [1, 2])
-def test_mirror_rays_leave_as_they_came(bounces: int) -> None:
+def test_mirror_rays_are_reflected(bounces: int) -> None:
     """Mirror rays leave hits in the reflected direction, except near the edges of triangles."""
     scene, before = rt.load_scene("cornell"), workload("cornell", mirror(bounces - 1), SIZE)
     rays = workload("cornell", mirror(bounces), SIZE)

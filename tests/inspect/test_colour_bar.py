@@ -1,4 +1,4 @@
-"""The colour bar below heat maps."""
+"""Tests of the colour bar below heat maps."""
 from __future__ import annotations
 
 import numpy as np

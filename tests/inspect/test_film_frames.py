@@ -22,7 +22,7 @@ def test_a_long_tail_takes_few_frames() -> None:
     # Between two frames, about 1/59 of the rays end. Up to 50 more can end, because about 50 rays
     # end in the same pass.
     assert lost.min() >= 40 and lost.max() <= 4096 / 59 + 50
-    # If frames were equally spaced in passes, nearly all frames would show at most 90 live rays.
+    # If frames were equally spaced in passes, most frames would show at most 90 live rays.
     assert (live <= 90).mean() < 0.05 < 0.8 < (np.array(LONG_TAIL) <= 90).mean()
 
 

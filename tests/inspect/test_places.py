@@ -30,8 +30,8 @@ def states(tracer: rt.Tracer) -> list[Fields]:
     ("bvh-threaded", {"quantise_nodes": 16, "octants": True}, {"quantised_node"}),
     ("bvh-packet", {}, {"bvh_pair"}), ("bih", {}, {"bih_node", "bih_bounds"}),
     ("tree-unit", {}, {"unit_node", "unit_bounds"})])
-def test_records_are_what_the_textures_hold(soup: str, method: str, options: dict[str, Any],
-                                            records: set[str]) -> None:
+def test_records_equal_the_tables(soup: str, method: str, options: dict[str, Any],
+                                  records: set[str]) -> None:
     with rt.Tracer(rt.load_scene(soup), method, schedule="step", **options) as tracer:
         seen = states(tracer)
         places = Places(tracer, seen[0])
@@ -62,7 +62,7 @@ def test_a_cell_keeps_its_record_if_slices_are_padded(soup: str) -> None:
     assert records[0] == records[1] and len({str(one) for one in records[0]}) > 3
 
 
-def test_a_texel_is_read_although_passes_wrote_it(soup: str) -> None:
+def test_texels_that_passes_wrote_are_read(soup: str) -> None:
     """Passes write the boxes of geometry images, so only the textures hold these boxes."""
     with rt.Tracer(rt.load_scene(soup), "geometry-image", schedule="step") as tracer:
         places = Places(tracer, states(tracer)[0])
@@ -73,7 +73,7 @@ def test_a_texel_is_read_although_passes_wrote_it(soup: str) -> None:
             assert np.allclose(found["max_pyramid"]["hi"], hi, atol=1e-5)
 
 
-def test_the_box_of_a_cell_contains_its_number(soup: str) -> None:
+def test_cells_have_numbers_and_boxes(soup: str) -> None:
     with rt.Tracer(rt.load_scene(soup), "grid", schedule="step", resolution=(3, 4, 5)) as tracer:
         cells = np.array([[0, 0, 0], [2, 3, 4], [1, 0, 3], [3, 0, 0], [-1, 0, 0]])
         places = Places(tracer, {"cell": cells})

@@ -168,7 +168,7 @@ g
 @pytest.mark.parametrize("text", ["#if\n#endif", "#if 1 +\n#endif", "#if (1\n#endif", "#endif",
                                   "#if 1", "#else\n", "#if 1 / 0\n#endif", "#if 1 $\n#endif",
                                   "#define A A\n#if A\n#endif", "#if 08\n#endif"])
-def test_conditionals_that_make_no_sense_are_refused(text: str) -> None:
+def test_malformed_conditionals_are_refused(text: str) -> None:
     with pytest.raises(ShaderError):
         lines_in_force(text.splitlines())
 
@@ -227,13 +227,14 @@ def test_methods_names_the_files(capsys) -> None:
     assert method_files("kd-restart")["glsl/drivers/tile_counts.frag"] == ("kernels", "step")
 
 
-def test_a_program_that_is_not_there_is_refused() -> None:
+def test_an_unknown_program_is_refused() -> None:
     with pytest.raises(OptionError, match="did you mean classify"):
         find_program(traced_programs("grid", {"schedule": "kernels"}), "clasify")
 
 
 def test_the_viewer_shows_the_same_text(capsys) -> None:
-    """The view follows the viewer's method, options and scene, and reports mistakes."""
+    """The view shows the text that `gpgpu-rt program` prints for the viewer's options. With a
+    wrong option, the view is empty and the viewer shows a message."""
     viewer, view = Viewer(Selection("cornell", "kd-restart"), (16, 16)), ProgramView()
     try:
         view.update(viewer)

@@ -1,5 +1,5 @@
-"""The meaning of records: if a built-in method has a schedule other than `loop`, each field of
-its state has an explanation."""
+"""Tests of the meaning of records: each field of a state has an explanation, for all built-in
+methods with a schedule other than `loop`."""
 from __future__ import annotations
 
 import re
@@ -26,7 +26,7 @@ def test_the_texts_name_each_field_of_a_state(row: rt.Method) -> None:
         assert {field.name for field in state.fields} <= set(re.findall(r"`(\w+)`", text))
 
 
-def test_a_text_leads_to_the_records_that_it_names() -> None:
+def test_texts_of_named_records_are_included() -> None:
     """`meaning` also returns the texts of the records that a text names."""
     state = next(row.state for row in ROWS if row.name == "kd-short-stack")
     assert [*meaning(state)] == ["KD_SHORT_STACK_STATE", "KD_PUSH_DOWN_STATE", "KD_STATE"]

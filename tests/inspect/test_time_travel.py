@@ -42,7 +42,7 @@ def passes_of(tracer: rt.Tracer, *rays: np.ndarray) -> tuple[list[Pass], rt.Hits
 
 
 @pytest.mark.parametrize("method, schedule", WATCHED)
-def test_the_last_state_is_what_a_trace_finds(method: str, schedule: str) -> None:
+def test_the_last_state_has_the_hits_of_a_trace(method: str, schedule: str) -> None:
     scene, *rays = few_rays(150, 1)
     with rt.Tracer(scene, method, schedule=schedule, statistics=True) as tracer:
         expected = tracer.trace(*rays)
@@ -61,7 +61,7 @@ def test_the_last_state_is_what_a_trace_finds(method: str, schedule: str) -> Non
     nearest = np.array([one.hit["t"] for one in passes])
     assert (nearest[1:] <= nearest[:-1]).all(), "a hit got farther from one pass to the next"
     assert set().union(*(one.served for one in passes)) <= names
-    if "turn" not in passes[0].state:    # not packets: their steps count for all their rays
+    if "turn" not in passes[0].state:    # each ray of a packet has the packet's steps
         runs = sum(sum(one.served.values()) for one in passes)
         assert runs == expected.steps.sum()
         assert all(sum(after.served.values()) <= before.live
@@ -69,7 +69,7 @@ def test_the_last_state_is_what_a_trace_finds(method: str, schedule: str) -> Non
 
 
 @pytest.mark.parametrize("method", ["bvh-stack", "bvh-packet"])
-def test_what_is_pushed_is_popped(method: str) -> None:
+def test_each_push_has_a_pop(method: str) -> None:
     scene, *rays = few_rays(150, 3)
     with rt.Tracer(scene, method, schedule="step") as tracer:
         passes, _ = passes_of(tracer, *rays)
@@ -78,9 +78,9 @@ def test_what_is_pushed_is_popped(method: str) -> None:
     assert all(all(one.served.values()) for one in passes), "a kernel ran for no ray"
 
 
-def test_a_tracer_of_two_choices_is_watched_by_the_one_it_takes() -> None:
-    """If a tracer has two methods to choose from, time travel shows the passes of the method that
-    the tracer picks for the rays."""
+def test_time_travel_follows_the_tracer_s_choice() -> None:
+    """Time travel shows the passes of the method that a tracer with two methods picks for the
+    rays."""
     scene, *rays = few_rays(150, 4)
     both = Choices(*(Choice(name, {"schedule": "step"}) for name in ("kd-restart", "grid")))
     with rt.Tracer(scene, both) as tracer:
@@ -118,8 +118,8 @@ def test_any_state_leads_to_the_same_hits(precise_renderer, method: str, schedul
                 assert (getattr(found, name) == getattr(expected, name)).all(), one.number
 
 
-def test_what_an_earlier_call_left_is_not_taken_for_new() -> None:
-    """States that an earlier call left in textures do not appear in the passes of a later call."""
+def test_states_of_an_earlier_call_do_not_appear() -> None:
+    """The textures still hold the states of the call before, but no pass shows these states."""
     scene, *rays = few_rays(100, 3)
     with rt.Tracer(scene, "kd-restart", schedule="kernels") as tracer:
         before, _ = passes_of(tracer, *rays)
@@ -137,7 +137,7 @@ def test_what_an_earlier_call_left_is_not_taken_for_new() -> None:
      "grid with packet=2x2 runs only under schedule loop, .*; leave packet out$"),
     ("grid", {"schedule": "step", "sort_rays": True}, "sort_rays"),
     ("kd-restart", {"schedule": "step", "entry_points": 16}, "entry_points")])
-def test_what_has_no_states_says_so(method: str, options: dict, why: str) -> None:
+def test_methods_without_states_are_refused(method: str, options: dict, why: str) -> None:
     with rt.Tracer(soup_scene(9, 1), method, **options) as tracer:
         with pytest.raises(rt.OptionError, match=why):
             travel(tracer, [[0, 0, 0]], [[0, 0, 1]], print)
@@ -239,7 +239,7 @@ def test_the_commands(tmp_path, capsys) -> None:
     assert not image.exists()
 
 
-def test_heat_is_what_rays_cost() -> None:
+def test_heat_is_the_cost_of_rays() -> None:
     """With one step per pass, a ray has as many passes as steps. The heat maps of a page have one
     scale."""
     with rt.Tracer("cornell", "kd-restart", schedule="step", statistics=True) as tracer:

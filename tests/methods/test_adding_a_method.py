@@ -42,7 +42,7 @@ def python(*arguments: str, cwd: Path | None = None, **environment: str
                           env={**os.environ, **environment})
 
 
-def test_what_is_quoted_is_in_the_files() -> None:
+def test_quoted_code_is_in_the_files() -> None:
     """Each block of Python or GLSL on the page is a part of the example's files."""
     files = "".join(path.read_text() for path in METHODS.iterdir() if path.is_file())
     quoted = [text for language, text in BLOCKS if language in ("python", "glsl")]
@@ -51,8 +51,8 @@ def test_what_is_quoted_is_in_the_files() -> None:
         assert text in files, text
 
 
-def test_the_commands_run_as_they_stand(folder: Path, tmp_path: Path) -> None:
-    """The page's first commands succeed, with a copy of the example's folder."""
+def test_the_page_s_commands_run(folder: Path, tmp_path: Path) -> None:
+    """The page's first commands succeed with a copy of the example's folder."""
     lines = next(text for language, text in BLOCKS if language == "sh").splitlines()
     assert len(lines) == 3
     for line in lines:
@@ -67,7 +67,7 @@ def test_the_commands_run_as_they_stand(folder: Path, tmp_path: Path) -> None:
             assert len(np.unique(np.asarray(image.convert("L")))) > 10
 
 
-def test_the_page_about_kernels_names_what_is_there() -> None:
+def test_the_page_about_kernels_has_the_right_names() -> None:
     """docs/kernel-language.md has the names of the program around a user's file, the types of
     fields and the largest state."""
     page = (ROOT / "docs" / "kernel-language.md").read_text()
@@ -109,7 +109,7 @@ def test_a_file_written_for_the_former_modules_loads(folder: Path) -> None:
 
 
 @pytest.mark.once
-def test_the_tests_know_it(precise_renderer, folder: Path) -> None:
+def test_the_project_s_tests_find_the_method(precise_renderer, folder: Path) -> None:
     """The tests that the page names pass with the example. They also pass with methods that differ
     from the example in structure, state and the columns of Table 1."""
     text = (folder / "sweep.py").read_text()
@@ -138,7 +138,7 @@ def test_the_tests_know_it(precise_renderer, folder: Path) -> None:
 
 @pytest.mark.full
 @pytest.mark.once
-def test_those_tests_find_what_is_wrong(precise_renderer, folder: Path) -> None:
+def test_the_project_s_tests_fail_for_a_wrong_method(precise_renderer, folder: Path) -> None:
     """The tests fail if a changed method ends its search before the nearest hit."""
     glsl = folder / "sweep.glsl"
     assert "> hit.t)" in glsl.read_text()
@@ -171,7 +171,7 @@ if __name__ == "__main__":
 
 
 @pytest.mark.full
-def test_from_python_and_in_processes_started_from_it(folder: Path, tmp_path: Path) -> None:
+def test_a_script_and_its_processes_load_the_method(folder: Path, tmp_path: Path) -> None:
     """After `load_methods`, a script can trace with the method, and so can a process that the
     script starts."""
     script = tmp_path / "loaded.py"
@@ -209,7 +209,7 @@ BROKEN = {
 @pytest.mark.parametrize("name", [
     pytest.param(name, marks=() if name in ("syntax", "kernel", "unset") else pytest.mark.full)
     for name in BROKEN])
-def test_what_is_broken_is_named_in_a_line(folder: Path, tmp_path: Path, name: str) -> None:
+def test_a_fault_is_named_in_a_line(folder: Path, tmp_path: Path, name: str) -> None:
     """Each fault in a user's method gives an error message of one line that names the fault."""
     file, text, instead, message = BROKEN[name]
     path = folder / file
@@ -241,8 +241,8 @@ def test_what_is_broken_is_named_in_a_line(folder: Path, tmp_path: Path, name: s
      'Option("run", 16, "triangles per run", int, minimum=1))[1]', "options is not a tuple"),
     ('("pass_run", "intersect")', '("pass_run")', "kernels is not a tuple"),
 ])
-def test_a_row_of_other_kinds_is_named_in_a_line(folder: Path, text: str, instead: str,
-                                                 message: str) -> None:
+def test_a_wrong_value_in_a_row_is_named_in_a_line(folder: Path, text: str, instead: str,
+                                                   message: str) -> None:
     """A wrong value in a method's row, or in one of the row's records, gives an error message of
     one line."""
     path = folder / "sweep.py"
@@ -268,7 +268,7 @@ def test_a_row_of_other_kinds_is_named_in_a_line(folder: Path, text: str, instea
 ])
 def test_a_wrong_accelerator_is_named_in_a_line(folder: Path, text: str, instead: str,
                                                 message: str) -> None:
-    """A uniform that the GLSL does not read, or a field that does not fit its record, gives an
+    """A uniform that the GLSL does not declare, or a field that does not fit its record, gives an
     error message of one line."""
     path = folder / "sweep.py"
     assert text in path.read_text()
@@ -303,8 +303,7 @@ def test_boxes_that_cannot_be_pickled(folder: Path, tmp_path: Path) -> None:
     assert "lambda" in answer.stdout and answer.stdout.count("\n") == 1
 
 
-def test_files_of_one_name_are_two_modules(folder: Path, tmp_path: Path) -> None:
-    """Files with the same name in two folders become two modules."""
+def test_files_of_one_name_in_two_folders_are_two_modules(folder: Path, tmp_path: Path) -> None:
     other = Path(shutil.copytree(folder, tmp_path / "others"))
     paths = [one / "sweep.py" for one in (folder, other)]
     for path in paths:
@@ -329,8 +328,8 @@ def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("chip, kind", [("nv40", "int"), ("r420", "int"), ("r420", "pointer")])
 def test_no_card_time_is_predicted(folder: Path, tmp_path: Path, chip: str, kind: str) -> None:
-    """A user's own method runs in the era form, but no card's compiler has seen its kernels. Its
-    pointers stay indices on a chip with fp24, whatever the type of the fields."""
+    """A user's own method runs in the era form, but no card's compiler has compiled the kernels.
+    On a chip with fp24, fields of type pointer remain indices."""
     row = next(path for path in folder.glob("*.py") if "cursor:int" in path.read_text())
     text = row.read_text()
     row.write_text(text.replace("first:int", f"first:{kind}").replace("cursor:int",
@@ -348,9 +347,9 @@ def test_no_card_time_is_predicted(folder: Path, tmp_path: Path, chip: str, kind
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.full)],
                          ids="seed{}".format)
-def test_it_ends_early(folder: Path, tmp_path: Path, seed: int) -> None:
-    """`sweep` sorts triangles along an axis and cuts them into runs. A ray can stop before it has
-    passed all runs."""
+def test_rays_of_the_example_end_early(folder: Path, tmp_path: Path, seed: int) -> None:
+    """`sweep` sorts triangles along an axis and cuts the sorted list into runs. A ray with a hit
+    can end before it has tested all runs."""
     script = ("import sys, numpy as np, gpgpu_rt as rt\n"
               "rt.load_methods(sys.argv[1])\n"
               "rays = np.load(sys.argv[2])\n"

@@ -18,8 +18,8 @@ BUILDERS = (build_grid, build_kdtree, build_bvh)
 @pytest.mark.parametrize("build", BUILDERS)
 @pytest.mark.parametrize("scale", [1e-30, 1e-12, 1e15, 1e33])
 def test_any_scale_gives_the_same_counts(build, scale: float) -> None:
-    """If all coordinates are scaled, a builder makes a structure of about the same size and
-    cost."""
+    """If all coordinates are scaled, a builder makes a structure with about the same number of
+    references and the same cost."""
     triangles = random_soup(100, 31)
     plain = quality(build(triangles))
     scaled = quality(build((triangles.astype(float) * scale).astype(np.float32)))
@@ -79,7 +79,7 @@ def test_goldsmith_salmon_follows_its_seed() -> None:
     assert not np.array_equal(trees[0].order, trees[2].order)
 
 
-def test_sah_beats_the_median_and_insertion_shuffled() -> None:
+def test_sah_costs_less_than_median_and_insertion() -> None:
     """The build `sah` gives a lower SAH cost than median splits (`kay-kajiya`) and shuffled
     insertion (`goldsmith-salmon`)."""
     triangles = np.concatenate([random_soup(300, 37), random_soup(300, 38, 0.01) * 0.1])

@@ -57,9 +57,8 @@ def test_settings_trace_as_their_options_do(scene, found, tmp_path) -> None:
         assert_same_bits(hits, tracer.trace(*rays))
 
 
-def test_two_choices_come_back(scene, pair, tmp_path) -> None:
-    """A tracer made from a file with two choices picks one of the methods according to the
-    rays."""
+def test_two_choices_are_read_back(scene, pair, tmp_path) -> None:
+    """A tracer made from a file with two choices picks the method according to the rays."""
     path = tmp_path / "settings.json"
     pair.save(path)
     assert settings.load(path) == pair and pair.choices.differ
@@ -73,7 +72,7 @@ def test_two_choices_come_back(scene, pair, tmp_path) -> None:
         assert tracer.options["intersection"] == "moller-trumbore"
 
 
-def test_one_choice_of_before_serves_all_rays(scene, found, tmp_path) -> None:
+def test_a_file_in_the_earlier_format_is_read(scene, found, tmp_path) -> None:
     """A file in the earlier format, with one choice, serves coherent and incoherent rays."""
     path = tmp_path / "settings.json"
     found.save(path)
@@ -128,7 +127,7 @@ def check_refusal(path, entries: dict, message: str) -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"[1]", b"{", b"\xff\xfe\x00"])
-def test_what_is_no_settings_file(tmp_path, content: bytes) -> None:
+def test_other_files_are_refused(tmp_path, content: bytes) -> None:
     """A missing file is refused, and so is a file whose content is not a JSON object."""
     path = tmp_path / "settings.json"
     path.write_bytes(content)
@@ -155,7 +154,7 @@ def test_another_scene_or_renderer_is_refused(scene, found, tmp_path) -> None:
 
 
 def test_options_beside_settings(scene, found, tmp_path) -> None:
-    """If a settings file is given, an option of the method may only repeat the file's value."""
+    """With a settings file, an option of the method may only repeat the file's value."""
     path = tmp_path / "settings.json"
     found.save(path)
     with rt.Tracer.from_settings(scene, path, statistics=True, schedule="loop") as tracer:
@@ -200,7 +199,7 @@ def test_auto(scene, found, tmp_path, monkeypatch) -> None:
         assert tracer.options["octants"]
 
 
-def test_commands_take_settings(capsys, tmp_path, monkeypatch) -> None:
+def test_commands_use_settings(capsys, tmp_path, monkeypatch) -> None:
     monkeypatch.setenv("GPGPU_RT_CACHE", "")
     scene = rt.load_scene("cornell")
     path, image = tmp_path / "settings.json", tmp_path / "box.png"

@@ -42,7 +42,7 @@ def _texels(batch: RayBatch) -> np.ndarray:
 
 @pytest.mark.parametrize("ends", [False, True], ids=["open", "ends"])
 @pytest.mark.parametrize("count", [0, 1, 127, 255, 256, 257, 1000])
-def test_blocks_are_laid_out_as_all_at_once(blocks, monkeypatch, count: int, ends: bool) -> None:
+def test_blocks_have_the_texels_of_a_whole(blocks, monkeypatch, count: int, ends: bool) -> None:
     origins, directions, t_max = _rays(count, seed=3)
     more = {"t_min": t_max / 2, "t_max": t_max} if ends else {}
     whole = _all_at_once(monkeypatch, origins, directions, **more)
@@ -55,8 +55,8 @@ def test_blocks_are_laid_out_as_all_at_once(blocks, monkeypatch, count: int, end
 @pytest.mark.parametrize("what", [
     "origin NaN", "origin inf", "origin far", "direction 0", "direction NaN", "direction inf",
     "direction long", "direction short", "t_min NaN", "t_max NaN"])
-def test_one_ray_that_is_not_well_is_seen_in_any_block(blocks, monkeypatch, what: str,
-                                                       at: int) -> None:
+def test_an_unusual_ray_is_found_in_any_block(blocks, monkeypatch, what: str,
+                                              at: int) -> None:
     """A ray that is invalid, or starts far away, or has a direction of unusual length, gets the
     right texels in any block."""
     name, fault = what.split()
@@ -82,7 +82,7 @@ def test_one_ray_that_is_not_well_is_seen_in_any_block(blocks, monkeypatch, what
 
 @pytest.mark.parametrize("count", [1, 128, 257, 1000])
 @pytest.mark.parametrize("other", [None, 0, -1, 130])
-def test_a_shared_start_is_that_of_all(blocks, count: int, other: int | None) -> None:
+def test_a_shared_start_needs_one_origin(blocks, count: int, other: int | None) -> None:
     """A batch has a shared start only if all of its rays have the same origin."""
     origins, directions, _ = _rays(count, seed=5)
     origins[:] = origins[0]
@@ -96,7 +96,7 @@ def test_a_shared_start_is_that_of_all(blocks, count: int, other: int | None) ->
 
 @pytest.mark.parametrize("fault", [
     None, "another", "far", "far, as far on both sides", "NaN", "inf", "t_min", "exponent"])
-def test_a_start_is_laid_out_where_it_is_asked_for(blocks, fault: str | None) -> None:
+def test_texels_do_not_depend_on_a_shared_start(blocks, fault: str | None) -> None:
     """The texels of a batch, and the fields that `sample` returns, are the same as if each ray had
     its own batch. This holds with and without a start that all rays share."""
     origins, directions, _ = _rays(1000, seed=8)
@@ -127,8 +127,8 @@ def test_a_start_is_laid_out_where_it_is_asked_for(blocks, fault: str | None) ->
 @pytest.mark.parametrize("fault", [np.nan, np.inf])
 @pytest.mark.parametrize("share", [0.01, 0.5, 1.0])
 @pytest.mark.parametrize("seed", [6, 7], ids="seed{}".format)
-def test_invalid_rays_leave_the_others_alone(blocks, seed: int, share: float, fault: float
-                                             ) -> None:
+def test_invalid_rays_do_not_change_valid_rays(blocks, seed: int, share: float, fault: float
+                                               ) -> None:
     """Valid rays keep their texels if other rays are invalid. Some rays start far away, and some
     have directions of unusual lengths."""
     rng = np.random.default_rng(seed)
@@ -152,8 +152,8 @@ def test_invalid_rays_leave_the_others_alone(blocks, seed: int, share: float, fa
 
 
 def test_padding_is_never_live() -> None:
-    """The texels after the last ray hold empty rays, whose t_max is -1. They stay empty even if
-    the t_min of all rays is below -1."""
+    """The texels after the last ray hold empty rays, whose t_max is -1. The interval of these rays
+    is empty even if the t_min of all other rays is below -1."""
     count = ray_batch.ROW + 5
     batch = RayBatch(np.zeros((count, 3)), np.full((count, 3), 0.5), t_min=-2.0)
     width, height = batch.size
@@ -168,7 +168,7 @@ def test_padding_is_never_live() -> None:
     ({"t_min": [1, 2, "a", 3, 4, 5]}, "t_min must be numbers"),
     ({"t_min": [[1], [1, 2]]}, "t_min must be numbers"), ({"t_max": 1j}, "t_max must be numbers"),
     ({"t_max": [1, 2]}, "t_max has 2 values for 6 rays")], ids=str)
-def test_what_does_not_fit_is_refused(given: dict, error: str) -> None:
+def test_wrong_arguments_are_refused(given: dict, error: str) -> None:
     with pytest.raises(ValueError, match=error):
         RayBatch(np.zeros((6, 3)), np.ones((6, 3)), **given)
 

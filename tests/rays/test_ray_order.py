@@ -33,8 +33,8 @@ def rows_of_a_picture(count: int) -> np.ndarray:
 @pytest.mark.parametrize("share", [0, 0.5, 1], ids="empty-{}".format)
 @pytest.mark.parametrize("count", [0, 1, 63, 64, 500])
 @pytest.mark.parametrize("scattered", [False, True], ids=["rows", "scattered"])
-def test_each_ray_lies_once_and_comes_back(monkeypatch, scattered: bool, count: int, share: float,
-                                           seed: int) -> None:
+def test_each_ray_has_one_place_and_is_restored(monkeypatch, scattered: bool, count: int,
+                                                share: float, seed: int) -> None:
     """`RayOrder.planes` writes each ray to one place, except rays with an empty interval.
     `RayOrder.back` restores the given order."""
     monkeypatch.setattr(ray_order, "BLOCK", 64)
@@ -53,8 +53,8 @@ def test_each_ray_lies_once_and_comes_back(monkeypatch, scattered: bool, count: 
 
 @pytest.mark.parametrize("scattered", [False, True], ids=["rows", "scattered"])
 @pytest.mark.parametrize("share", [0, 0.3], ids="empty-{}".format)
-def test_blocks_stay_apart_where_they_begin_apart(monkeypatch, share: float, scattered: bool
-                                                  ) -> None:
+def test_blocks_with_different_cells_are_sorted_separately(monkeypatch, share: float,
+                                                           scattered: bool) -> None:
     """Rays start in eight cells. Blocks are sorted separately if each block's rays start in only
     two of the cells, and together if each block's rays start in all eight."""
     rng = np.random.default_rng(3)
@@ -72,7 +72,7 @@ def test_blocks_stay_apart_where_they_begin_apart(monkeypatch, share: float, sca
 
 
 @pytest.mark.parametrize("seed", [4, 5], ids="seed{}".format)
-def test_rays_side_by_side_agree_in_signs_and_dominant_axis(seed: int) -> None:
+def test_neighbours_agree_in_signs_and_dominant_axis(seed: int) -> None:
     """A direction's kind is its three signs and its dominant axis. All rays of a kind lie
     together, and there are 24 kinds, so the kind changes 23 times.
 

@@ -1,4 +1,4 @@
-"""Tests the rays of ray sets, and a camera's rays in an image that is not square."""
+"""Tests of ray sets, and of a camera's rays in an image that is not square."""
 from __future__ import annotations
 
 import numpy as np
@@ -58,7 +58,7 @@ def test_eye_rays_need_a_square(ball: rt.Scene) -> None:
         rays.aimed_rays(ball, 4, 1, at="edge")
 
 
-def test_scenes_without_a_surface_have_no_rays_from_or_at_it() -> None:
+def test_scenes_without_a_surface_have_no_surface_rays() -> None:
     empty = rt.Scene.from_arrays([], [])
     flat = rt.Scene.from_arrays([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])
     for scene in (empty, flat):

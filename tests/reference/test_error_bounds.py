@@ -83,7 +83,7 @@ def test_against_rationals(kind: str, seed: int) -> None:
 @pytest.mark.parametrize("count", counts(20_000, 1_000_000))
 @pytest.mark.parametrize("seed", [2])
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_float32_test_stays_within(kind: str, seed: int, count: int) -> None:
+def test_errors_of_float32_stay_within_bounds(kind: str, seed: int, count: int) -> None:
     """No error exceeds its bound, and the largest error is at least 5 % of its bound."""
     reached = 0.0
     for part in range(-(-count // 100_000)):
@@ -111,7 +111,7 @@ def test_bounds_scale_with_the_scene(seed: int, exponent: int) -> None:
     np.testing.assert_allclose(turned.t_bound * scale, plain.t_bound, rtol=1e-6)
 
 
-def test_what_overflows_is_open() -> None:
+def test_overflow_gives_infinite_bounds() -> None:
     """If the arithmetic of a bound overflows, the bound is infinite and no hit is certain."""
     triangles, origins, directions = aimed_pairs("inside", 1000, 4)
     b = bound_pairs(triangles * np.float32(1e25), origins * np.float32(1e25), directions)
@@ -135,7 +135,7 @@ def test_edges_are_rounded_from_the_vertices() -> None:
     assert accepted.all() and 5e-7 < abs(t[0] - 1) < bound.t_bound[0] < 1e-4
 
 
-def test_far_from_a_speck_is_certainly_outside() -> None:
+def test_a_ray_beside_a_speck_is_certainly_outside() -> None:
     """A ray beside a tiny triangle is certainly outside. Here the errors of the edge functions may
     exceed the functions' values, so the box test decides."""
     triangles, origins, directions = aimed_pairs("small", 2000, 5)
@@ -147,7 +147,7 @@ def test_far_from_a_speck_is_certainly_outside() -> None:
 
 
 @pytest.mark.parametrize("seed", [6])
-def test_the_mirror_is_the_shader(exact_renderer, seed: int) -> None:
+def test_the_mirror_equals_the_shader(exact_renderer, seed: int) -> None:
     """The mirror equals the shader bit for bit, so bounds tested with the mirror also hold for the
     shader."""
     scene = soup_scene(300, seed)

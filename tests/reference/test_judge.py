@@ -21,8 +21,8 @@ def copy(hits: rt.Hits) -> rt.Hits:
 
 @pytest.fixture(scope="module", params=SEEDS)
 def case(request):
-    """Returns a scene, rays that hit triangles well away from the edges, and the right hits as
-    float32."""
+    """Returns a scene, rays that certainly hit their triangles in spite of rounding, and the right
+    hits as float32."""
     scene = soup_scene(500, request.param)
     origins, directions = RAY_SETS["random"](scene, 4000, request.param)
     hits = rt.reference.trace(scene, origins, directions)
@@ -126,7 +126,7 @@ def test_zero_area_and_invalid_rays(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("at", ["vertices", "edges"])
-def test_neighbours_are_excused_and_leaks_told(at: str, seed: int) -> None:
+def test_neighbours_are_accepted_and_leaks_are_found(at: str, seed: int) -> None:
     """Rays at shared edges and vertices may hit either neighbour, but may not pass through a
     closed mesh."""
     ball = rt.load_scene(trimesh.creation.icosphere(subdivisions=3))
@@ -144,7 +144,7 @@ def test_neighbours_are_excused_and_leaks_told(at: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_a_miss_through_an_edge_leaks_at_what_is_behind(seed: int) -> None:
+def test_a_miss_at_an_edge_is_a_leak_if_a_triangle_lies_behind(seed: int) -> None:
     """A ray that goes through an edge on the front of a ball must hit the back of the ball, so a
     miss is a leak. Near the edge, no front triangle is certainly hit. The judge therefore searches
     the reference's tree for a triangle that is certainly hit."""

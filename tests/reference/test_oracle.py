@@ -114,8 +114,8 @@ def test_bad_arguments(bad: dict) -> None:
 
 @pytest.mark.parametrize("seed", [7])
 def test_a_speck_far_from_the_ray_is_not_hit(seed: int) -> None:
-    """The triangle is tiny compared with the origin's coordinates, so the edge functions of the
-    triangle hold nothing but rounding errors. A ray far from the triangle still misses it."""
+    """The triangle is tiny compared with the origin's coordinates, so its edge functions consist
+    only of rounding errors. A ray far from the triangle still misses the triangle."""
     rng = np.random.default_rng(seed)
     specks = (10 ** rng.uniform(-17, -15, (400, 1, 1)) * rng.normal(size=(400, 3, 3)))
     # The rays pass the specks at a great distance.
@@ -170,10 +170,10 @@ def test_settle_leaves_sure_rays_alone(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [11])
 @pytest.mark.parametrize("rays", RAY_SETS)
-def test_the_tree_prunes_nothing_that_counts(rays: str, seed: int, monkeypatch) -> None:
-    """The tree finds the same hits as brute force. The ray's nearest hit so far and the ends of
-    its interval prune the search, but no hit is lost. Batches are small, so that hits of earlier
-    batches prune later batches."""
+def test_pruning_loses_no_hit(rays: str, seed: int, monkeypatch) -> None:
+    """A ray's nearest hit so far and the ends of its interval prune the search in the tree, but
+    the hits equal those of brute force. Batches are small, so hits of earlier batches prune later
+    batches."""
     scene = soup_scene(500, seed, 0.1)
     origins, directions = RAY_SETS[rays](scene, 400, seed)
     ends = np.random.default_rng(seed).uniform(0.1, 2, (2, 400))

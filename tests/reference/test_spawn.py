@@ -53,7 +53,7 @@ def hits_on(triangles: np.ndarray, each: int, rng: np.random.Generator) -> Hits:
     2000, id="rays2000000", marks=pytest.mark.full)])
 @pytest.mark.parametrize("seed", [37])
 @pytest.mark.parametrize("kind", KINDS)
-def test_spawned_rays_miss_what_they_leave(kind: str, seed: int, each: int) -> None:
+def test_spawned_rays_miss_their_own_triangle(kind: str, seed: int, each: int) -> None:
     rng = np.random.default_rng(seed)
     triangles = triangles_of(kind, 1000, rng)
     for some in np.split(triangles, 1 if each < 100 else 20):
@@ -77,7 +77,7 @@ def test_spawned_rays_miss_what_they_leave(kind: str, seed: int, each: int) -> N
 @pytest.mark.parametrize("seed", [3])
 @pytest.mark.parametrize("method", [row.name for row in rt.methods()])
 def test_no_self_hit_in_a_trace(method: str, seed: int) -> None:
-    """No method lets a spawned ray hit the triangle that it leaves."""
+    """Under every method, a spawned ray misses the triangle that it leaves."""
     rng = np.random.default_rng(seed)
     scene = soup_scene(300, seed)
     hits = hits_on(scene.triangles, 10, rng)
@@ -89,7 +89,7 @@ def test_no_self_hit_in_a_trace(method: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", [4])
-def test_out_of_a_ball_nothing_is_hit_and_into_it_all_hit(seed: int) -> None:
+def test_rays_out_of_a_ball_miss_and_rays_into_it_hit(seed: int) -> None:
     """Rays that leave a ball hit nothing, not even a neighbouring facet that they graze. All rays
     that go from the surface into the ball hit the ball."""
     rng = np.random.default_rng(seed)
@@ -144,7 +144,7 @@ def slivers_scene() -> rt.Scene:
 
 
 @pytest.mark.parametrize("name", ["kitchen", "slivers"])
-def test_the_shader_starts_where_numpy_does(precise_renderer, name: str) -> None:
+def test_the_shader_computes_numpy_s_origin(precise_renderer, name: str) -> None:
     """The shader and numpy's `spawn` give a shadow ray the same origin, bit for bit. No shadow ray
     hits the triangle that it leaves.
 

@@ -51,7 +51,7 @@ def looked_at(page: Path, width: int, folder: Path) -> dict:
     reason if Chromium is missing."""
     browser = shutil.which("chromium") or shutil.which("chromium-browser")
     if browser is None:
-        pytest.skip("no chromium to look at the page with")
+        pytest.skip("Chromium is not installed")
     text = page.read_text(encoding="utf-8")
     # The page's own policy allows only the page's script. The copy allows the probe too.
     probed = re.sub("script-src '[^']*'", "script-src 'unsafe-inline'", text).replace(

@@ -105,8 +105,8 @@ class Reader(HTMLParser):
             self.titles[-1] += data
 
 
-def test_everything_is_carried_along(figures: Path, tmp_path: Path) -> None:
-    """The page contains all pictures and refers to nothing outside it."""
+def test_the_page_works_offline(figures: Path, tmp_path: Path) -> None:
+    """The page contains all pictures, and refers to no other file or site."""
     found = write_report(tmp_path / "report.html", figures, films=False)
     text = (tmp_path / "report.html").read_text()
     read = Reader(text)
@@ -125,7 +125,7 @@ def test_everything_is_carried_along(figures: Path, tmp_path: Path) -> None:
     assert sum(r.startswith("data:image/png") for r in read.references) == 4
 
 
-def test_no_figures_at_all_is_a_page_that_says_so(tmp_path: Path, capsys) -> None:
+def test_a_page_without_figures_names_them_as_missing(tmp_path: Path, capsys) -> None:
     out = tmp_path / "report.html"
     assert cli.main(["report", "-o", str(out), "--figures", str(tmp_path / "gone"), "--still",
                      "--json"]) == 0
@@ -181,7 +181,7 @@ def judged(figures: Path) -> Path:
     return figures
 
 
-def test_the_page_says_first_what_came_out(judged: Path, tmp_path: Path) -> None:
+def test_the_page_begins_with_the_verdicts(judged: Path, tmp_path: Path) -> None:
     write_report(tmp_path / "report.html", judged, films=False)
     text = (tmp_path / "report.html").read_text()
     section = text[text.index('id="verdicts"'):].partition("</section>")[0]
@@ -266,7 +266,7 @@ def test_films_and_maps(tmp_path: Path, figures: Path, monkeypatch) -> None:
 
 
 def test_pictures_are_described(tmp_path: Path, judged: Path, monkeypatch) -> None:
-    """Each picture has its own alternative text, which repeats no title."""
+    """Each alternative text of the page has more than six words, and repeats no title."""
     described = PngImagePlugin.PngInfo()
     described.add_text("Description", "Dots show the times of three methods on two scenes.")
     picture(64, 1).save(judged / "fig13.png", pnginfo=described)
@@ -331,7 +331,7 @@ def test_in_a_browser(figures: Path, tmp_path: Path, width: int) -> None:
 
 @pytest.mark.full
 @pytest.mark.once
-def test_the_browser_finds_what_is_broken(tmp_path: Path) -> None:
+def test_the_browser_reports_faults(tmp_path: Path) -> None:
     bad = tmp_path / "bad.html"
     bad.write_text(page._HEAD + '<img alt="half" src="data:image/png;base64,AAAA">'
                    '<img alt="far" src="https://example.invalid/x.png">'

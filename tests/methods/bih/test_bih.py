@@ -26,7 +26,7 @@ CASES = {
 
 @pytest.mark.parametrize("max_leaf", [1, 4])
 @pytest.mark.parametrize("name", CASES)
-def test_planes_hold_what_lies_below(name: str, max_leaf: int) -> None:
+def test_planes_enclose_the_triangles_below(name: str, max_leaf: int) -> None:
     """Each node's box is made from the planes of its ancestors. The box contains all triangles
     of the subtree."""
     triangles = CASES[name]()
@@ -44,7 +44,7 @@ def test_planes_hold_what_lies_below(name: str, max_leaf: int) -> None:
     owner = np.repeat(nodes[leaf], bih.count[leaf])
     at = np.concatenate([np.arange(f, f + c) for f, c in zip(bih.child[leaf], bih.count[leaf])])
     inside = triangles[bih.order[at]]
-    assert (np.diff(bih.order[at])[np.diff(owner) == 0] > 0).all()    # ascending in each leaf
+    assert (np.diff(bih.order[at])[np.diff(owner) == 0] > 0).all()    # indices ascend in a leaf
     depth = 0
     while len(owner):
         assert (inside >= lo[owner, None]).all() and (inside <= hi[owner, None]).all()
@@ -75,9 +75,9 @@ def test_wrong_options_are_refused(options: dict, message: str) -> None:
         build_bih(random_soup(5, 1), **options)
 
 
-def test_it_is_linear_and_no_worse_than_it_should_be() -> None:
-    """A BIH has fewer than two nodes per triangle. Its SAH cost is higher than that of a BVH built
-    by SAH, but less than four times as high."""
+def test_size_and_cost_are_bounded() -> None:
+    """A BIH has fewer than two nodes per triangle. Its SAH cost is higher than the cost of a BVH
+    built by SAH, but less than four times as high."""
     triangles = random_soup(4000, 9, size=0.02)
     bih, sah = build_bih(triangles), build_bvh(triangles)
     assert len(bih.axis) < 2 * len(triangles)

@@ -51,7 +51,7 @@ def listed(runs: np.ndarray, references: np.ndarray, start: np.ndarray, end: np.
 
 
 @mesh
-def test_grid_lists_what_lies_in_a_cell(name: str) -> None:
+def test_grid_lists_triangles_with_a_point_in_a_cell(name: str) -> None:
     triangles = MESHES[name]()
     grid = build_grid(triangles)
     assert len(grid.cell_start) == np.prod(grid.resolution) + 1
@@ -78,7 +78,7 @@ def test_proximity_is_the_chebyshev_distance(resolution) -> None:
                                      {"build": "zhou", "small": 5}, {"build": "hybrid"},
                                      {"build": "hybrid", "morton_bits": 4}], ids=str)
 @mesh
-def test_kdtree_lists_what_lies_in_a_leaf(name: str, options: dict) -> None:
+def test_kdtree_lists_triangles_with_a_point_in_a_leaf(name: str, options: dict) -> None:
     triangles = MESHES[name]()
     tree = build_kdtree(triangles, **options)
     inner = np.flatnonzero(tree.axis < 3)
@@ -110,7 +110,7 @@ def test_bvh_is_a_threaded_tree(name: str, build: str) -> None:
     assert_threaded(build_bvh(triangles, build=build), triangles)
 
 
-def test_ten_thousand_coincident_triangles_end() -> None:
+def test_builds_of_coincident_triangles_end() -> None:
     heap = np.repeat(random_soup(1, 3), 10_000, axis=0)
     assert build_kdtree(heap).depth < 40
     assert len(build_kdtree(heap, build="zhou").references) <= 80_000

@@ -77,7 +77,7 @@ def test_codes_are_cells_of_a_lattice() -> None:
     assert code[7] == 2**30 - 1 and code[8] == 7 << 27
 
 
-def test_fewer_bits_are_the_first_ones() -> None:
+def test_a_code_of_fewer_bits_is_a_prefix() -> None:
     triangles = random_soup(500, 22)
     full = lbvh.morton_codes(triangles, 10)
     for bits in range(1, 10):

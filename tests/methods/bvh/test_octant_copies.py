@@ -34,7 +34,7 @@ def test_copies_hold_the_same_leaves(name: str) -> None:
 
 
 @mesh
-def test_copies_leave_out_boxes_alone(name: str) -> None:
+def test_copies_leave_out_only_boxes(name: str) -> None:
     """If boxes are dropped, the leaves, the order of leaves and the nesting of the remaining boxes
     stay the same."""
     bvh = build_bvh(MESHES[name]())
@@ -81,7 +81,7 @@ def walk(threads: Threads, octant: int, met: np.ndarray) -> tuple[list[int], lis
 
 @pytest.mark.parametrize("most", [1, 3, 8, 50, 1 << 20])
 @pytest.mark.parametrize("name", sorted(set(MESHES) - {"empty"}))
-def test_shared_subtrees_are_walked_as_copies_are(name: str, most: int) -> None:
+def test_walks_enter_the_same_leaves_with_shared_subtrees(name: str, most: int) -> None:
     """For any set of hit boxes, walks with and without shared subtrees enter the same leaves. A
     shared node is stored once."""
     bvh = build_bvh(MESHES[name]())
@@ -108,7 +108,7 @@ def test_shared_subtrees_are_walked_as_copies_are(name: str, most: int) -> None:
             assert all(len(set(tested)) == len(tested) for tested, _ in entered)
 
 
-def test_shared_subtrees_stand_for_most_of_the_copies() -> None:
+def test_shared_subtrees_save_most_nodes() -> None:
     """Shared subtrees reduce the number of stored nodes to less than a quarter."""
     triangles = MESHES["ball"]()
     bvh = build_bvh(triangles)
@@ -118,7 +118,7 @@ def test_shared_subtrees_stand_for_most_of_the_copies() -> None:
 
 
 @pytest.mark.parametrize("most", [None, 3, 8, 16, 32, 64, 500])
-def test_nodes_are_stored_no_more_often_than_is_told(most: int | None) -> None:
+def test_times_stored_bounds_the_records(most: int | None) -> None:
     """The copies have at most `times_stored` records for each node of the tree."""
     for name in ("soup", "ball", "slivers"):
         bvh = build_bvh(MESHES[name]())

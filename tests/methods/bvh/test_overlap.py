@@ -59,9 +59,9 @@ def check_lists(triangles: np.ndarray, lo: np.ndarray, hi: np.ndarray, start: np
             elif boxed and t in run:
                 pass
             elif t in run:
-                assert reaches(triangles[t], lo[box] - slack, hi[box] + slack), (box, t, "waste")
+                assert reaches(triangles[t], lo[box] - slack, hi[box] + slack), (box, t, "outside")
             else:
-                assert not reaches(triangles[t], lo[box], hi[box]), (box, t, "lost")
+                assert not reaches(triangles[t], lo[box], hi[box]), (box, t, "not listed")
 
 
 def check_grid(triangles: np.ndarray, resolution) -> None:
@@ -129,7 +129,7 @@ def test_flat_triangle_in_a_split_plane_is_on_both_sides(axis: int) -> None:
     assert (lo[holds, axis] < 0).all() and (hi[holds, axis] > 0).all()
 
 
-def test_unclipped_kdtree_loses_nothing_and_lists_more() -> None:
+def test_unclipped_kdtree_lists_triangles_by_their_boxes() -> None:
     """Without clipping, each leaf lists every triangle whose bounding box overlaps the leaf."""
     triangles = random_soup(200, 23)
     clipped = build_kdtree(triangles, max_depth=12)

@@ -17,8 +17,8 @@ def stream_tracer(scene: rt.Scene, size: int, **options: object) -> rt.Tracer:
 
 
 def chain(count: int) -> rt.Scene:
-    """Return a scene of triangles, each 1.5 times as large as the previous one: the tree's depth
-    grows with count."""
+    """Return a scene of triangles, each 1.5 times as large as the triangle before. The depth of
+    the tree grows with ``count``."""
     corner = np.float32(1.5) ** np.arange(count, dtype=np.float32)[:, None, None]
     triangles = corner * np.float32([[1, 0, 0], [1, 1, 0], [1, 0, 1]])
     return rt.Scene.from_arrays(triangles.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
@@ -27,7 +27,8 @@ def chain(count: int) -> rt.Scene:
 @pytest.mark.parametrize("statistics", [False, True], ids=["plain", "counted"])
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 @pytest.mark.parametrize("rays", ["eye", pytest.param("surface", marks=pytest.mark.full)])
-def test_any_size_finds_the_same(precise_renderer, rays: str, seed: int, statistics: bool) -> None:
+def test_streams_of_any_size_give_the_same_hits(precise_renderer, rays: str, seed: int,
+                                                statistics: bool) -> None:
     """Streams of any size give the hits and the shadows of brute force."""
     scene = soup_scene(300, seed)
     chosen = RAY_SETS[rays](scene, 676, seed)
@@ -41,11 +42,11 @@ def test_any_size_finds_the_same(precise_renderer, rays: str, seed: int, statist
             assert np.array_equal(tracer.occluded(*chosen, t_max=1.5), shadows)
 
 
-def test_one_at_a_time_is_the_order_of_a_stack() -> None:
+def test_a_stream_of_one_element_visits_no_more_than_a_stack() -> None:
     """A stream of one element per pass never visits more nodes than a method with a stack per ray.
 
-    A hit removes all elements behind it from the stream. With more elements per pass, more
-    elements are already tested when the hit is found, so fewer elements are removed.
+    A hit prunes all elements behind the hit. With more elements per pass, more elements are
+    already tested when the hit is found, so the hit prunes fewer elements.
     """
     scene = soup_scene(300, 5)
     chosen = RAY_SETS["surface"](scene, 40, 5)
@@ -62,9 +63,9 @@ def test_one_at_a_time_is_the_order_of_a_stack() -> None:
         assert one.sum() > 0.7 * getattr(stack, name).sum()
 
 
-def test_counters_are_what_goes_through() -> None:
-    """The node of an element is an inner node, or a leaf that is a far child. A hit may prune an
-    element while it waits, so more elements than visited nodes go through the stream."""
+def test_counters_agree_with_the_lengths_of_streams() -> None:
+    """The node of an element is an inner node, or a leaf that is a far child. A hit may prune a
+    waiting element, so the streams have more elements than visited nodes."""
     scene = soup_scene(300, 6)
     chosen = RAY_SETS["random"](scene, 500, 6)
     with stream_tracer(scene, 1 << 20, statistics=True) as tracer:
@@ -76,11 +77,12 @@ def test_counters_are_what_goes_through() -> None:
 
 
 @pytest.mark.parametrize("size", [64, 700])
-def test_room_is_enough_for_a_deep_tree(precise_renderer, monkeypatch, size: int) -> None:
-    """The queue of waiting leaves does not overflow in a deep tree.
+def test_the_stream_does_not_overflow_in_a_deep_tree(precise_renderer, monkeypatch,
+                                                     size: int) -> None:
+    """The stream of waiting elements does not overflow in a deep tree.
 
-    Every ray hits every node of the chain. Each level of the tree therefore adds one waiting leaf
-    for each ray.
+    Every ray hits every node of the chain. Each level of the tree therefore adds one waiting
+    element for each ray.
     """
     scene = chain(48)
     rng = np.random.default_rng(7)
@@ -106,8 +108,8 @@ def test_room_is_enough_for_a_deep_tree(precise_renderer, monkeypatch, size: int
 def test_lowest_index_wins(precise_renderer, way: int) -> None:
     """Triangles overlap in a plane. Along x, their indices ascend or descend.
 
-    Leaves that are tested in one pass then hold hits of equal t. The lowest index must win, in
-    whatever order the leaves are tested.
+    Leaves that are tested in one pass then have hits of equal t. In any order of the leaves, the
+    lowest index must win.
     """
     shift = np.float32([[[way / 64, 0, 0]]]) * np.arange(80, dtype=np.float32)[:, None, None]
     triangles = np.float32([[-4, -4, 0], [4, -4, 0], [0, 4, 0]]) + shift
@@ -141,14 +143,13 @@ def test_a_cap_stops_rays() -> None:
 
 @pytest.mark.parametrize("options", [{"octants": True}, {"packet": (4, 2)},
                                      {"interval_test": True}, {"schedule": "loop"}], ids=str)
-def test_what_streams_are_not(options: dict) -> None:
-    """Options that cannot be combined with streams are refused."""
+def test_options_that_exclude_streams_are_refused(options: dict) -> None:
     with pytest.raises(rt.OptionError, match="streams|kernels") as caught:
         rt.Tracer("cornell", "bvh-packet", streams=True, **options)
     assert "\n" not in str(caught.value)
 
 
-def test_rooms_of_many_sizes(precise_renderer) -> None:
+def test_image_size_and_triangles_may_change(precise_renderer) -> None:
     """A tracer gives the same hits after the image size changes and after the triangles move."""
     scene = soup_scene(100, 9)
     with stream_tracer(scene, 256) as tracer, rt.Tracer(scene, "brute-force") as brute:

@@ -61,7 +61,7 @@ def moved(tree: LooseTree, node: int, place: int) -> LooseTree | None:
 
 
 @seeds
-def test_no_place_is_better_than_the_one_found(seed: int) -> None:
+def test_no_place_is_better_than_the_found_place(seed: int) -> None:
     tree, triangles = scrambled(12, seed)
     tables = reinsertion._Tables(tree, triangles)
     unit = np.ptp(triangles.reshape(-1, 3).astype(float), axis=0).max() ** -2
@@ -81,7 +81,7 @@ def test_no_place_is_better_than_the_one_found(seed: int) -> None:
 
 @pytest.mark.parametrize("count", [4, 30, 1000])
 @seeds
-def test_who_moves_at_once_breaks_no_tree(count: int, seed: int) -> None:
+def test_moves_of_one_round_keep_the_tree_valid(count: int, seed: int) -> None:
     """Many moves in one round keep the tree complete and never raise its cost."""
     tree, triangles = scrambled(count, seed)
     first = before = area(tree, triangles)
@@ -103,9 +103,8 @@ def balanced() -> LooseTree:
 
 
 @seeds
-def test_where_all_together_gain_nothing_the_better_half_moves(seed: int) -> None:
-    """If all moves together do not lower the cost, only half of them are made: the moves with the
-    larger gains."""
+def test_the_better_half_moves_if_all_moves_gain_nothing(seed: int) -> None:
+    """If all moves together do not lower the cost, only the half with the larger gains is made."""
     triangles = random_soup(32, seed, size=0.05)
     tables = reinsertion._Tables(balanced(), triangles)
     bad = reinsertion._Moves(np.int32([3]), np.int32([55]), np.int32([0]), np.float32([-1]))
@@ -119,9 +118,9 @@ def test_where_all_together_gain_nothing_the_better_half_moves(seed: int) -> Non
     assert tables.cost == pytest.approx(cost - good.gain[0], rel=1e-4)
 
 
-def test_two_that_would_go_into_one_another() -> None:
-    """Each of two nodes would move to a place below the other node. If both moved, neither would
-    be connected to the root any more."""
+def test_moves_below_each_other_conflict() -> None:
+    """Each of two nodes would move to a place below the other node. If both nodes moved, neither
+    would be connected to the root."""
     tables = reinsertion._Tables(balanced(), random_soup(32, 1))
     # Node 7 would move to node 55, which lies below node 13 (by way of 27). Node 13 would move to
     # node 31, which lies below node 7 (by way of 15).
@@ -153,7 +152,7 @@ def test_trees_cost_less(build: str, least: float, seed: int) -> None:
     assert after < (1 - least) * before
 
 
-def test_leaves_and_nodes_keep_to_their_limits() -> None:
+def test_leaf_size_and_node_count_are_limited() -> None:
     triangles = random_soup(600, 1)
     for most in (1, 2, 7):
         assert build_bvh(triangles, reinsertion=1, max_leaf=most).count.max() <= most
@@ -161,7 +160,7 @@ def test_leaves_and_nodes_keep_to_their_limits() -> None:
 
 
 @pytest.mark.parametrize("scale", [1e-30, 1e-12, 1e12, 1e30])
-def test_whatever_the_scene_s_size(scale: float) -> None:
+def test_the_scene_s_scale_does_not_matter(scale: float) -> None:
     """Reinsertion and the joining of leaves work alike at any scale of the scene."""
     triangles = random_soup(300, 5)
     plain, scaled = (build_bvh(triangles * np.float32(s), build="kay-kajiya", reinsertion=2)
@@ -175,8 +174,7 @@ def test_whatever_the_scene_s_size(scale: float) -> None:
     ({"reinsertion": -1}, "at least 0"), ({"reinsertion": 1.5}, "must be int"),
     ({"reinsertion": 10 ** 6}, "at most 1000"),
     ({"reinsertion": 1, "build_device": "gpu"}, "needs build_device cpu")], ids=str)
-def test_what_it_does_not_take(options: dict, told: str) -> None:
-    """Wrong values of `reinsertion` are refused."""
+def test_wrong_values_are_refused(options: dict, told: str) -> None:
     with pytest.raises(rt.OptionError, match=told):
         rt.Tracer("cornell", "bvh-stack", **options)
     if "build_device" not in options:

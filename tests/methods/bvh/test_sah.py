@@ -24,13 +24,13 @@ BUILT = [(row.name, build) for row in rt.methods() for option in row.options
 
 @builds
 @pytest.mark.parametrize("name", SCENES)
-def test_trees_hold_together_and_cost_no_more_than_the_cpus(gpu, build: str, name: str) -> None:
+def test_trees_are_valid_and_cost_hardly_more_than_the_cpus(gpu, build: str, name: str) -> None:
     triangles = SCENES[name]()
     bvh = build_bvh_by_passes(gpu, triangles, build=build)
     assert_threaded(bvh, triangles)
     assert bvh.count.max() <= 4
-    # The costs may differ: passes halve a set of coincident triangles, whereas the CPU build
-    # splits the triangles off one by one.
+    # The costs may differ: passes halve a small node of coincident triangles, whereas the CPU
+    # build splits off one triangle at a time.
     expected = build_bvh(triangles, build=build)
     assert sah_cost(bvh) <= 1.05 * sah_cost(expected)
 
@@ -38,7 +38,7 @@ def test_trees_hold_together_and_cost_no_more_than_the_cpus(gpu, build: str, nam
 @pytest.mark.parametrize("options", [{"bins": 4}, {"max_leaf": 1}, {"max_leaf": 9},
                                      {"intersection_cost": 3.0, "max_leaf": 8}], ids=str)
 @builds
-def test_options_mean_what_they_mean_on_the_cpu(gpu, build: str, options: dict) -> None:
+def test_options_have_the_effect_of_the_cpus(gpu, build: str, options: dict) -> None:
     triangles = random_soup(1500, 31)
     one, other = (make(triangles, build=build, **options)
                   for make in (lambda t, **o: build_bvh_by_passes(gpu, t, **o), build_bvh))
@@ -58,8 +58,8 @@ def test_max_depth_is_kept(gpu, max_depth: int) -> None:
 
 @pytest.mark.parametrize("count", [SMALL // 2, 3 * SMALL])
 @pytest.mark.parametrize("axis", range(3))
-def test_two_heaps_are_parted_first(gpu, axis: int, count: int) -> None:
-    """The first split separates two distant heaps of triangles, which alternate in the array. A
+def test_two_clusters_are_separated_first(gpu, axis: int, count: int) -> None:
+    """The first split separates two distant clusters, whose triangles alternate in the array. A
     sweep splits a small node, and bins split a large node, so both sizes are tested."""
     heaps = random_soup(2 * count, 32)
     heaps[::2, :, axis] += 50
@@ -68,7 +68,7 @@ def test_two_heaps_are_parted_first(gpu, axis: int, count: int) -> None:
     assert (np.sort(left) == np.arange(1, 2 * count, 2)).all()
 
 
-def test_hybrid_parts_clusters_as_lbvh_does(gpu) -> None:
+def test_hybrid_separates_clusters_as_lbvh_does(gpu) -> None:
     """Nodes above the clusters (triangles of one Morton code) have the same boxes as in LBVH."""
     triangles = random_soup(3000, 33, size=0.02)
     for bits in (1, 2, 4):
@@ -87,14 +87,13 @@ def test_hybrid_parts_clusters_as_lbvh_does(gpu) -> None:
 
 
 @builds
-def test_a_heap_of_one_triangle_ends(gpu, build: str) -> None:
+def test_builds_of_coincident_triangles_end(gpu, build: str) -> None:
     bvh = build_bvh_by_passes(gpu, np.repeat(random_soup(1, 34), 5000, axis=0), build=build)
     assert bvh.depth <= 14 and bvh.count.sum() == 5000
 
 
 @builds
-def test_two_builds_are_one(gpu, build: str) -> None:
-    """Two builds of the same triangles give the same tree."""
+def test_two_builds_of_the_same_triangles_are_equal(gpu, build: str) -> None:
     one, other = (build_bvh_by_passes(gpu, random_soup(2000, 35), build=build) for _ in range(2))
     for name in ("escape", "first", "count", "order", "lo", "hi"):
         assert np.array_equal(getattr(one, name), getattr(other, name))
@@ -115,7 +114,7 @@ def test_same_hits_from_either_device(precise_renderer, method: str, build: str)
 
 @pytest.mark.parametrize("build, most", [("lbvh", 1.8), ("hybrid", 1.2)])
 @pytest.mark.parametrize("name", ["bunny", "kitchen"])
-def test_steps_of_a_ray_beside_sah(name: str, build: str, most: float) -> None:
+def test_a_ray_takes_few_more_steps_than_in_sah(name: str, build: str, most: float) -> None:
     """On average, a ray takes at most ``most`` times as many steps as in a tree of build `sah`."""
     scene = real_scene(name)
     rays = scene.camera.rays((96, 96))
@@ -130,7 +129,7 @@ def test_steps_of_a_ray_beside_sah(name: str, build: str, most: float) -> None:
 @pytest.mark.full
 @builds
 @pytest.mark.parametrize("name", ["bunny", "robots", "kitchen"])
-def test_real_meshes_cost_what_the_cpus_do(gpu, name: str, build: str) -> None:
+def test_trees_of_real_meshes_cost_as_much_as_the_cpus(gpu, name: str, build: str) -> None:
     triangles = real_scene(name).triangles
     bvh = build_bvh_by_passes(gpu, triangles, build=build)
     assert_threaded(bvh, triangles)

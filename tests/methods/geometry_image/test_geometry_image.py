@@ -204,7 +204,7 @@ def test_a_level_needs_an_image() -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_charts_must_be_those_of_the_triangles() -> None:
+def test_charts_must_match_the_triangles() -> None:
     scene = image(SHAPES["odd"], 1).scene()
     with pytest.raises(rt.SceneError, match="charts"):
         replace(scene, charts=((3, 3),))
@@ -238,7 +238,7 @@ def test_single_triangles_lie_along_the_curve() -> None:
     assert sizes == sorted(sizes) and sizes[2] < 0.2 * sizes[-1]
 
 
-def test_normals_are_one_at_a_place() -> None:
+def test_vertices_at_one_place_have_one_normal() -> None:
     """Vertices at the same place, on a seam or at a pole, have the same normal."""
     normals = rt.GeometryImage([poles(40, 60)]).normals()[0]
     np.testing.assert_allclose(np.linalg.norm(normals, axis=2), 1, atol=1e-6)
@@ -252,7 +252,7 @@ def test_normals_are_one_at_a_place() -> None:
 
 @pytest.mark.parametrize("options", [{}, {"octants": True}, {"level": 1}, {"storage": "fp16"}],
                          ids=str)
-def test_updates_are_fresh_builds(precise_renderer, monkeypatch, options: dict) -> None:
+def test_updates_equal_fresh_builds(precise_renderer, monkeypatch, options: dict) -> None:
     """After an update, hits equal those of a new tracer. An update writes only positions."""
     made = image(SHAPES["several"], 9)
     places = [made.positions * np.float32([1, k, 1]) + np.float32([0, 0, k]) for k in range(3)]
@@ -302,9 +302,9 @@ def test_a_soup_is_refitted_too(precise_renderer) -> None:
                                      {"storage": "fp16"}], ids=str)
 @pytest.mark.parametrize("program", ["wave", "twist"])
 def test_deformed_in_a_shader(precise_renderer, program: str, options: dict) -> None:
-    """The hits equal the hits in a new scene with the deformed positions, which are read back.
+    """A scene that a shader has deformed has the hits of a new scene with the same positions.
 
-    A deformation without readback gives the same hits.
+    The positions are read back from the GPU. A deformation without readback gives the same hits.
     """
     made = rt.GeometryImage([poles(), *image(SHAPES["several"], 5).charts])
     with rt.Tracer(made.scene(), ROW.name, **options) as tracer, \
@@ -336,7 +336,7 @@ def test_a_deformation_keeps_seams_closed() -> None:
         assert tracer.trace(np.zeros_like(aims), aims).hit.all()
 
 
-def test_deformations_that_do_not_work(tmp_path) -> None:
+def test_a_user_s_deformation_and_wrong_deformations(tmp_path) -> None:
     scene = image([(5, 5)], 1).scene()
     own = tmp_path / "own.glsl"
     own.write_text("vec3 deform(vec3 rest, float time) { return rest + vec3(time); }")
@@ -356,8 +356,7 @@ def test_deformations_that_do_not_work(tmp_path) -> None:
             rt.Deformation(tracer, "wave")
 
 
-def test_a_deformation_waits_for_the_count_to_end() -> None:
-    """A deformation is refused within `counting` and after `release`."""
+def test_deformations_are_refused_within_counting_and_after_release() -> None:
     with rt.Tracer("boulder", ROW.name) as tracer, rt.Deformation(tracer, "twist") as deformation:
         with tracer.counting(), pytest.raises(rt.OptionError, match="within counting"):
             deformation.to(0.5)

@@ -58,6 +58,6 @@ def test_codes_interleave_bits_x_first() -> None:
     ({"build": "zhou", "morton_bits": 2}, "needs build hybrid"),
     ({"build": "sah", "build_device": "gpu"}, "cannot run on the GPU"),
     ({"build": "hybrid", "build_device": "gpu", "split": "exact"}, "split on the gpu")], ids=str)
-def test_what_is_refused(options: dict, message: str) -> None:
+def test_wrong_options_are_refused(options: dict, message: str) -> None:
     with pytest.raises(rt.OptionError, match=message):
         rt.Tracer("cornell", "kd-restart", **options)

@@ -95,7 +95,7 @@ def test_upper_levels_are_numpys(precise_renderer, seed: int, count: int, size: 
 
 @pytest.mark.parametrize("name", ["soup1", "soup2", "rows", "cornell", *(
     pytest.param(name, marks=pytest.mark.full) for name in ("bunny", "robots", "kitchen"))])
-def test_a_tree_by_passes_is_worth_the_same(precise_renderer, name: str) -> None:
+def test_a_tree_by_passes_costs_hardly_more(precise_renderer, name: str) -> None:
     """A tree built by passes costs at most 5 % more than numpy's tree."""
     triangles = SCENES[name]() if name in SCENES else real_scene(name).triangles
     tree = build_kdtree_by_passes(precise_renderer, triangles, build="hybrid")

@@ -96,7 +96,7 @@ def test_a_stack_lost_between_passes_is_replaced_by_a_restart(monkeypatch) -> No
 
 @pytest.mark.parametrize("push_down", [True, False])
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_ropes_lead_to_what_lies_behind_a_face(seed: int, push_down: bool) -> None:
+def test_ropes_lead_to_nodes_behind_a_face(seed: int, push_down: bool) -> None:
     tree = build_kdtree(random_soup(200, seed))
     lo, hi = tree.boxes()
     ropes = build_ropes(tree, push_down)
@@ -129,7 +129,8 @@ def test_a_short_stack_costs_few_nodes_more(name: str) -> None:
 
 @pytest.mark.parametrize("packet", [(2, 2), (4, 4)], ids=str)
 @pytest.mark.parametrize("method", ["kd-packet", "kd-ropes-packet"])
-def test_packets_leave_no_ray_behind(monkeypatch, method: str, packet: tuple[int, int]) -> None:
+def test_packets_at_their_step_limit_lose_no_ray(monkeypatch, method: str,
+                                                 packet: tuple[int, int]) -> None:
     """If a packet reaches its step limit, its live rays are traced singly."""
     scene = soup_scene(300, 8)
     rays = RAY_SETS["random"](scene, 1000, 8)

@@ -1,5 +1,5 @@
-"""Tests of packets in kd-trees under the schedule `step`. In one pass, the rays of a packet vote
-on the next node. In the next pass, they move there."""
+"""Tests of packets in kd-trees under the schedule `step`. In one pass, the rays of a packet vote,
+and the packet's new state is stored. In the next pass, each ray's new state is stored."""
 from __future__ import annotations
 
 from typing import Any

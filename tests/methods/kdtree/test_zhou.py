@@ -72,14 +72,14 @@ def test_a_tree_built_on_the_gpu_gives_the_same_hits(precise_renderer) -> None:
     assert expected.hit.any()
 
 
-def test_what_the_gpu_does_not_build_is_refused() -> None:
+def test_builds_that_the_gpu_lacks_are_refused() -> None:
     with pytest.raises(rt.OptionError, match="build is one of zhou"):
         rt.Tracer("cornell", "kd-restart", build_device="gpu")
     with pytest.raises(rt.OptionError, match="small"):
         build_kdtree(random_soup(3, 1), build="zhou", small=65)
 
 
-def test_a_scene_past_what_a_stream_holds(exact_renderer, monkeypatch) -> None:
+def test_a_build_with_too_long_streams_is_refused(exact_renderer, monkeypatch) -> None:
     """A build is refused if a stream would have more elements than float32 can count exactly."""
     triangles = random_soup(900, 36, size=0.02)
     monkeypatch.setattr("gpgpu_rt.gl.algorithms.streams.EXACT_INTEGER", 2000)

@@ -1,5 +1,5 @@
-"""The Ray Engine, in the fixed-point numbers of its time's graphics cards, finds the same hits as
-a numpy model. Hits that differ from exact hits lie at edges of triangles."""
+"""The Ray Engine, with the fixed-point numbers of cards of its time, finds the same hits as a
+numpy model. Hits that differ from exact hits lie at edges of triangles."""
 from __future__ import annotations
 
 import numpy as np
@@ -72,7 +72,7 @@ def test_hits_are_those_of_a_model(name: str) -> None:
     assert (np.isfinite(nearest) == found.hit)[enters].mean() > 0.999
     both = found.hit & np.isfinite(nearest)
     assert (np.abs(found.t[both] / nearest[both] - 1) < 1e-5).mean() > 0.995
-    # The tracer's t is a multiple of the step, at each hit that the model finds too.
+    # At each hit that the model also finds, the tracer's t is a multiple of the step.
     steps = found.t[both] * fixed_uniforms(name, scene.triangles)["fixed_scale"] * (
         np.linalg.norm(directions[both], axis=1)) / FIXED_POINT[name].step
     assert np.abs(steps - np.round(steps)).max() < 0.01
@@ -97,8 +97,8 @@ def test_wrong_rays_of_the_r200_lie_at_edges() -> None:
 
 
 def test_fewer_bits_lose_more() -> None:
-    """The nv25, with fewer bits, has more wrong hits than the r200. Without fixed point, no hit is
-    wrong."""
+    """With the fewer bits of the nv25, more rays lose or change their hits than with the r200, and
+    the error of t is larger. Without fixed point, there are no errors."""
     scene = rt.load_scene("cornell")
     shares = {name: lost_rays.measure(scene, "ray-engine", {"fixed_point": name}, SIZE)
               for name in FIXED_POINT}
@@ -109,7 +109,7 @@ def test_fewer_bits_lose_more() -> None:
 
 
 def test_a_map_holds_the_wrong_pixels() -> None:
-    """The masks of `wrong_pixels` contain as many pixels as `measure` counts."""
+    """The masks of `wrong_pixels` mark as many pixels as `measure` counts."""
     scene = rt.load_scene("cornell")
     result = lost_rays.measure(scene, "ray-engine", {"fixed_point": "nv25"}, SIZE)
     lost, other = lost_rays.wrong_pixels(result, SIZE)

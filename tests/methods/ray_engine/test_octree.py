@@ -49,7 +49,7 @@ def test_points_of_triangles_are_listed(name: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
-def test_cells_are_split_where_it_is_crowded(seed: int) -> None:
+def test_crowded_cells_are_split(seed: int) -> None:
     triangles = random_soup(3000, seed, size=0.02)
     coarse, fine = (build_octree(triangles, leaf_size=size) for size in (30, 4))
     for tree, size in ((coarse, 30), (fine, 4)):
@@ -67,8 +67,7 @@ def test_the_root_reaches_every_cell() -> None:
     assert len(tree.child) == 1 + 8 * len(first)
 
 
-def test_options() -> None:
-    """Wrong options of the octree are refused."""
+def test_wrong_options_are_refused() -> None:
     for given in ({"leaf_size": 0}, {"density": -1}, {"leaf": 3}):
         with pytest.raises(OptionError) as caught:
             build_octree(random_soup(9, 1), **given)

@@ -56,7 +56,8 @@ def test_the_host_walks_as_the_grid_does(precise_renderer, kind: str, seed: int)
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
 @pytest.mark.parametrize("kind", ["eye", "random", "surface"])
 def test_an_octree_saves_cells(precise_renderer, kind: str, seed: int) -> None:
-    """The triangles crowd in one corner, so large octree cells fill the rest of the scene."""
+    """If most triangles are in one corner, large octree cells fill the rest of the scene, and rays
+    visit fewer cells than in a grid."""
     triangles = np.concatenate([random_soup(800, seed, size=0.05) * np.float32(0.1),
                                 random_soup(20, seed, size=0.5)])
     scene = rt.Scene.from_arrays(triangles.reshape(-1, 3), np.arange(2460).reshape(-1, 3))
@@ -98,7 +99,7 @@ def test_batches_do_not_change_hits(exact_renderer, options: dict, seed: int, mo
 @pytest.mark.parametrize("seed", [5], ids="seed{}".format)
 @pytest.mark.parametrize("exponent, least, most", [
     (-26, 0.65, 0.85), (-25, 0.4, 0.6), (-24, 0.01, 0.2), (-22, 0, 0)])
-def test_what_24_bits_of_depth_lose(exponent: int, least: float, most: float, seed: int) -> None:
+def test_errors_of_24_bits_of_depth(exponent: int, least: float, most: float, seed: int) -> None:
     """A 24-bit depth buffer confuses two squares if their gap is less than a few steps of depth.
 
     The share of wrong hits depends on the gap, and a wrong hit is off by at most one step. With
@@ -127,8 +128,7 @@ def test_the_host_intersects_to_the_same_bits(exact_renderer, name: str, seed: i
 
 @pytest.mark.parametrize("options", [{"intersection": "plucker"}, {"storage": "fp16"},
                                      {"arithmetic": "fp24"}], ids=str)
-def test_the_host_tests_what_it_can_only(options: dict) -> None:
-    """With `cpu_below`, options that the host does not support are refused."""
+def test_options_that_the_host_lacks_are_refused(options: dict) -> None:
     with pytest.raises(rt.OptionError, match="cpu_below") as caught:
         rt.Tracer(soup_scene(9, 1), "ray-engine", cpu_below=4, **options)
     assert "\n" not in str(caught.value)
@@ -136,7 +136,7 @@ def test_the_host_tests_what_it_can_only(options: dict) -> None:
 
 @pytest.mark.parametrize("seed", [6], ids="seed{}".format)
 @pytest.mark.parametrize("cpu_below", [0, 12])
-def test_what_it_says_it_moved(cpu_below: int, seed: int) -> None:
+def test_the_statistics_count_bytes_and_pairs(cpu_below: int, seed: int) -> None:
     """The bytes and ray-triangle pairs in the statistics agree with the hits' counters."""
     scene = soup_scene(200, seed)
     rays = RAY_SETS["random"](scene, 500, seed)
@@ -173,7 +173,7 @@ def test_pictures_are_the_same(precise_renderer) -> None:
     assert (pictures[0] == pictures[1]).all() and pictures[0].std() > 0
 
 
-def test_the_command_line_says_it(tmp_path, capsys) -> None:
+def test_render_prints_the_shared_work(tmp_path, capsys) -> None:
     """`gpgpu-rt render` prints how host and graphics card shared the work."""
     assert not main(["render", "cornell", "-m", "ray-engine", "--size", "8x8", "-o",
                      str(tmp_path / "x.png")])

@@ -57,7 +57,7 @@ def cones_over(origins: np.ndarray, directions: np.ndarray, **intervals: np.ndar
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 @pytest.mark.parametrize("shape", [(1, 1), (1, 700), (61, 1), (37, 53), (64, 64)])
 @pytest.mark.parametrize("kind", RAYS)
-def test_a_node_holds_all_rays_below(kind: str, shape: tuple[int, int], seed: int) -> None:
+def test_a_node_bounds_all_rays_below(kind: str, shape: tuple[int, int], seed: int) -> None:
     """Each node bounds its rays' origins, directions and ends, checked in float64."""
     rng = np.random.default_rng(seed)
     origins, directions = (a.astype(np.float32) for a in RAYS[kind](rng, shape))
@@ -94,7 +94,7 @@ def test_four_nodes_become_one(size: tuple[int, int]) -> None:
 @pytest.mark.parametrize("side", [64, pytest.param(1000, marks=pytest.mark.full)])
 def test_no_triangle_is_rejected_that_a_ray_hits(precise_renderer, side: int, place: float,
                                                  seed: int) -> None:
-    """Hits equal brute force to the bit, in scenes near the origin and far away.
+    """Hits equal those of brute force to the bit, in scenes near the origin and far away.
 
     Half of the rays aim at corners and edges, and the full suite traces a million rays. No node
     above a ray may reject the triangle that the ray hits.
@@ -151,8 +151,7 @@ def test_rays_along_a_ball_are_not_rejected(precise_renderer, seed: int) -> None
                                      {"stream_size": 250, "top_nodes": 1},
                                      {"first_batch": 1, "top_nodes": 1000}], ids=str)
 def test_a_stream_never_overflows(precise_renderer, options: dict, seed: int) -> None:
-    """The rays are incoherent, so there are far more (triangle, cone) pairs than a stream
-    holds."""
+    """Incoherent rays have far more (triangle, cone) pairs than a stream has space for."""
     scene = soup_scene(40, seed)
     rays = RAY_SETS["random"](scene, 40, seed)
     answers = []
@@ -170,9 +169,9 @@ def test_a_stream_never_overflows(precise_renderer, options: dict, seed: int) ->
 
 
 @pytest.mark.parametrize("seed", [4], ids="seed{}".format)
-def test_intervals_behind_the_origin(precise_renderer, seed: int) -> None:
-    """Hits equal brute force if rays start behind their origin, end soon or have an empty
-    interval."""
+def test_intervals_of_all_kinds(precise_renderer, seed: int) -> None:
+    """Hits equal those of brute force if intervals begin behind the origin, are short or are
+    empty."""
     scene, rng = soup_scene(200, seed), np.random.default_rng(seed)
     origins, directions = RAY_SETS["random"](scene, 900, seed)
     t_min = rng.choice([-np.inf, -2.0, -0.1, 0.0, 0.1], 900)

@@ -53,8 +53,8 @@ def crossed_soup(count: int, seed: int) -> rt.Scene:
 
 def listed(tracer: rt.Tracer) -> tuple[np.ndarray, np.ndarray]:
     """Return two arrays. The first, (lists + 1, triangles) bool, says which triangles each list
-    holds. The second, (n,), holds the index of the list of each ray of the last call. The last
-    index stands for no list."""
+    holds. The second, (n,), gives the index of the list of each ray of the last call. A ray
+    without a list has the last index, ``lists``."""
     structure = tracer.accelerator.structure
     triangle = structure.triangle
     if isinstance(structure, RayBoxes):
@@ -70,7 +70,7 @@ def listed(tracer: rt.Tracer) -> tuple[np.ndarray, np.ndarray]:
         owner = np.repeat(np.arange(lists), np.diff(structure.beam_start))
         number = np.searchsorted(structure.beam_start, state["first"], side="right") - 1
         number[state["first"] == state["end"]] = lists
-    table = np.zeros((lists + 1, len(tracer.scene)), bool)      # the last row: no list
+    table = np.zeros((lists + 1, len(tracer.scene)), bool)      # the last row is empty
     table[owner[triangle >= 0], triangle[triangle >= 0]] = True
     return table, number
 
@@ -164,7 +164,7 @@ def test_boxes_that_cannot_be_counted_are_refused() -> None:
         rt.Tracer(scene, "ray-classification", origin_cells=64)
 
 
-def test_boxes_grow_and_forget(precise_renderer) -> None:
+def test_lists_are_filled_and_dropped(precise_renderer) -> None:
     """A call fills the lists that its rays need. If the budget is exceeded, the call
     drops older lists."""
     scene = soup_scene(200, 55, 0.1)

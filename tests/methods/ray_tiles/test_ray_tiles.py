@@ -89,8 +89,8 @@ def test_cones_of_any_size(precise_renderer, scale: float) -> None:
     check(scaled, origins * np.float32(scale), directions)
 
 
-def test_a_batch_shortens_the_search(precise_renderer) -> None:
-    """The first triangle, a wall, hides all others, so only the first 64 triangles are drawn."""
+def test_a_hit_in_a_batch_ends_the_search(precise_renderer) -> None:
+    """Triangle 0, a wall, hides all other triangles, so only the first 64 triangles are drawn."""
     wall = np.float32([[[-9, -9, 2], [9, -9, 2], [0, 14, 2]]])
     soup = soup_scene(1000, 5, size=0.02).triangles
     triangles = np.concatenate([wall, soup])
@@ -103,7 +103,6 @@ def test_a_batch_shortens_the_search(precise_renderer) -> None:
 @pytest.mark.parametrize("kind", ["random", "tight"])
 @pytest.mark.parametrize("seed", [11], ids="seed{}".format)
 def test_a_million_rays(precise_renderer, kind: str, seed: int) -> None:
-    """Brute force and `ray-tiles` agree on a million rays."""
     scene = soup_scene(100, seed, size=0.1)
     if kind == "tight":
         for more in range(16):

@@ -34,8 +34,8 @@ def test_hits_are_those_of_brute_force(precise_renderer, criterion: str, schedul
 
 @pytest.mark.parametrize("criterion", CRITERIA)
 def test_the_criterion_ends_searches_early(precise_renderer, criterion: str) -> None:
-    """A hit ends a ray's search early. Compared with the stack method of the same tree, the ray
-    tests hardly more triangles, and visits less than 2.5 times as many nodes."""
+    """A hit ends a ray's search early. Compared with the method with a stack on the same tree,
+    rays test hardly more triangles, and visit less than 2.5 times as many nodes."""
     scene = soup_scene(3000, 12, size=0.05)
     rays = RAY_SETS["random"](scene, 500, 13)
     stacked = {"interval": "kd-stack", "box": "bvh-stack"}[criterion]
@@ -63,7 +63,7 @@ def test_the_criteria_share_all_kernels() -> None:
 @pytest.mark.parametrize("make", [lambda t: from_kdtree(build_kdtree(t)),
                                   lambda t: from_bvh(build_bvh(t))], ids=["kdtree", "bvh"])
 @pytest.mark.parametrize("count", [0, 1, 500])
-def test_common_trees_are_whole(make, count: int) -> None:
+def test_unit_trees_contain_the_whole_tree(make, count: int) -> None:
     triangles = random_soup(count, 14)
     tree: UnitTree = make(triangles)
     assert set(tree.references.tolist()) == set(range(count))
