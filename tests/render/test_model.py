@@ -58,7 +58,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_what_cannot_be_is_refused_in_one_line(name: str) -> None:
+def test_invalid_values_are_refused_in_one_line(name: str) -> None:
     make, message = BAD[name]
     with pytest.raises(rt.SceneError, match=message) as caught:
         make()
