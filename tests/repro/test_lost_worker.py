@@ -1,5 +1,5 @@
-"""In the past, Dask's default settings applied: Dask did not restart a worker that was killed twice
-within 15 s. After the loss of the last worker, a sweep waited for ever."""
+"""In the past, Dask's default settings applied: a worker that was killed twice within 15 s was not
+restarted. After the loss of the last worker, a sweep waited for ever."""
 from __future__ import annotations
 
 import os

@@ -1,5 +1,6 @@
 """The era form of a method consists of kernels that a card of 2002-2006 could run (docs/era.md).
-It finds the same triangles as today's form, and its text is in the cards' dialect of GLSL."""
+The era form finds the same triangles as today's form. The kernels are in the cards' dialect of
+GLSL."""
 from __future__ import annotations
 
 import re
