@@ -225,8 +225,8 @@ def test_a_page_that_is_opened_again_keeps_its_step(page: Browser, tmp_path: Pat
 
 
 def test_a_wrong_address_is_named(page: Browser) -> None:
-    """The page names each part of the address that it cannot follow, as text without markup. For
-    a method, it also names the page's methods, and for a schedule, the method's schedules."""
+    """The page names each wrong part of the address, as text without markup. For a wrong method,
+    the page also lists its methods, and for a wrong schedule, the method's schedules."""
     shown = "element('unread').textContent"
     assert page.run(shown) == ""
     methods = f" (the page runs only {', '.join(METHODS)})"
