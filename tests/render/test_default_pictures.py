@@ -127,7 +127,7 @@ def test_where_paths_end_the_surroundings_show(name: str, bounces: int) -> None:
     assert (np.asarray(image.convert("L")) < 16).mean() < 0.001
 
 
-def test_nothing_is_said_where_no_path_is_cut_short(recwarn) -> None:
+def test_no_warning_where_no_path_is_cut_short(recwarn) -> None:
     """No warning about bounces appears if no path reaches the limit of bounces."""
     with rt.Tracer("cornell") as tracer:
         tracer.render(size=(8, 8))

@@ -272,7 +272,7 @@ def test_options_that_make_no_sense_are_refused(wrong: dict) -> None:
 def test_each_light_adds_only_what_it_needs(name: str, adds: set[str]) -> None:
     """Each light adds only the textures that it needs.
 
-    The textures hold shadow rays with their light, a table of lights, a table of point lights, the
+    Any light adds shadow rays and their light. The other textures hold tables of lights, the
     emission of materials, and an environment image with its sums. Shadow rays sample an even sky
     only if the scene has no other light.
     """

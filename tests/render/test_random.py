@@ -89,7 +89,7 @@ def test_numbers_are_uniform_and_independent(name: str) -> None:
         assert abs(np.corrcoef(first, second)[0, 1]) < 5 / np.sqrt(len(first))
 
 
-def test_mean_over_samples_converges_as_it_should() -> None:
+def test_mean_over_samples_converges() -> None:
     """A sample's value is the product of 48 factors of mean 1, from two blocks of six bounces. The
     mean of the samples is 1 within its noise."""
     samples = np.arange(1 << 14)

@@ -122,7 +122,7 @@ def test_how_often_surroundings_are_sampled(name: str, alone: float, beside: flo
 
 
 @pytest.mark.parametrize("seed", [12])
-def test_directions_to_an_image_come_as_often_as_they_are_bright(seed: int) -> None:
+def test_directions_to_an_image_follow_their_density(seed: int) -> None:
     """Each region of the sphere receives the share of directions that the density predicts for
     it."""
     rng = np.random.default_rng(seed)

@@ -91,7 +91,7 @@ def streams() -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("name", list(streams()))
-def test_what_is_not_one_net_is_independent(name: str) -> None:
+def test_numbers_of_different_nets_are_independent(name: str) -> None:
     """Numbers of different pixels, path vertices, blocks, seeds or samples are independent."""
     numbers = streams()[name]
     for axis in range(8):

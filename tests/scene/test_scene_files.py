@@ -169,7 +169,7 @@ def test_missing_textures_of_mesh_files_are_errors(folder: Path) -> None:
         rt.load_scene(folder / "two.obj")
 
 
-def test_mtl_materials_are_what_they_say(folder: Path) -> None:
+def test_mtl_materials_are_read(folder: Path) -> None:
     (folder / "two.mtl").write_text(
         "newmtl green\nKd 0 1 0\nKs 0.5 0.5 0.5\nNs 198\nillum 2\nKe 1 0 0\n")
     (material,) = rt.load_scene(folder / "two.obj").materials
@@ -204,7 +204,7 @@ def test_gltf_metals_are_mirrors_or_glossy(tmp_path: Path) -> None:
         assert material.emission == (0, 1, 0)
 
 
-def test_a_backdrop_that_is_false_is_none(folder: Path) -> None:
+def test_a_false_backdrop_means_no_environment(folder: Path) -> None:
     said = {**GOOD, "environment": {"backdrop": False}}
     assert rt.load_scene(written(folder, said)).environment is None
 

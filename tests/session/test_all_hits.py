@@ -164,7 +164,7 @@ with rt.Tracer(scene, "kd-restart") as shared:
 """
 
 
-def test_threads_take_turns() -> None:
+def test_threads_share_a_tracer() -> None:
     """Several threads may share a tracer, and each thread may have its own tracer. The test needs
     its own process, because the current context of this process locks out other threads."""
     subprocess.run([sys.executable, "-c", THREADS], check=True, timeout=120)
@@ -174,7 +174,7 @@ def count_hits(tracer: rt.Tracer) -> int:
     return int(tracer.trace(*tracer.scene.camera.rays((8, 8))).hit.sum())
 
 
-def test_tracers_go_to_other_processes() -> None:
+def test_tracers_are_sent_to_other_processes() -> None:
     with rt.Tracer("cornell", "kd-restart", schedule="step", steps_per_pass=8) as tracer:
         with pickle.loads(pickle.dumps(tracer)) as copy:
             assert copy.options == tracer.options and copy.method is tracer.method

@@ -222,7 +222,7 @@ def test_release_frees_both(scene) -> None:
     assert {type(t.mglo).__name__ for t in tables} == {"InvalidObject"}
 
 
-def test_both_go_to_other_processes(scene, auto) -> None:
+def test_both_choices_are_sent_to_other_processes(scene, auto) -> None:
     """A pickled tracer keeps both choices."""
     given = random(scene)
     hits = auto.trace(*given)

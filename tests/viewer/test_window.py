@@ -1,5 +1,5 @@
-"""The viewer's window works for a person: the tests run it under Xvfb, press keys and move the
-mouse with xdotool, and take screenshots.
+"""The viewer's window works for a person: the tests run the viewer under Xvfb, press keys and move
+the mouse with xdotool, and take screenshots.
 
 The tests belong to the full suite, because the window, its context and its programs take seconds
 to start on a software renderer.

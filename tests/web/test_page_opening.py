@@ -89,9 +89,8 @@ OPENED = ("brute-force", "kd-restart", "grid", "bvh-threaded", "bvh-packet", "kd
 @in_browser
 def test_the_opening_ray_has_the_most_steps_of_the_table(browser: Browser,
                                                          tmp_path: Path) -> None:
-    """Without `rays` in the address, the page traces 64 x 64 rays. Its opening ray is one of the
-    rays of the page's test. With another number of rays or another camera, the page opens without
-    a ray."""
+    """Without `rays` in the address, the page traces 64 x 64 rays. The opening ray is a ray of the
+    page's test. With another number of rays or another camera, the page opens without a ray."""
     scene, text = rt.load_scene("cornell"), written(OPENED)
     opened(browser, tmp_path, text)
     assert browser.run("chosen.method.name") == "kd-restart"    # brute-force shows no search

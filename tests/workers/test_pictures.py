@@ -71,7 +71,7 @@ def moving(path: Path, frames: int = 6) -> rt.Animation:
 @pytest.mark.parametrize("method", ["bvh-threaded", "kd-restart"])
 def test_frames_of_a_killed_worker_are_drawn_again(method: str, workers: Workers, tmp_path,
                                                    precise_renderer) -> None:
-    """Frames equal those of a single process, even if a worker is killed."""
+    """Frames equal the frames of a single process, even if a worker is killed."""
     animation = moving(tmp_path / "soup.npz")
     drawing = {"size": (16, 16), "integrator": "path", "samples": 2}
     killed: list[int] = []

@@ -1,5 +1,5 @@
-"""The light of ray bundles is compared with the known light in a furnace (a closed box that emits
-everywhere), with form factors and with traced rays.
+"""The light of ray bundles is compared with form factors, with traced rays, and with the known
+light in a furnace (a closed box that emits everywhere).
 
 A ray bundle consists of parallel rays. Depth peeling of a parallel projection finds all hits of
 the rays: layer k holds each ray's k-th hit.

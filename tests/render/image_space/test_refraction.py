@@ -24,8 +24,8 @@ def errors(scene: rt.Scene, camera: Camera, smooth: bool, ior: float = 1.5
     """Return the errors of image-space refraction, its kind of each pixel, and the kind of each
     pixel in the float64 reference.
 
-    The errors, (k,), are angles in degrees between the two directions. They belong to the pixels
-    in which both methods refract a ray twice. The kinds, (n,) each, are constants of
+    The errors, (k,), are angles in degrees between the two directions, for the pixels in which
+    both methods refract a ray twice. The kinds, (n,) each, are constants of
     `render.image_space.refraction`, such as LEFT.
     """
     with rt.Tracer(scene) as tracer:

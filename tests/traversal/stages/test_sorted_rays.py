@@ -147,7 +147,7 @@ def test_time_travel_refuses_sorted_rays() -> None:
 
 
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
-def test_rays_that_are_alike_come_together(seed: int) -> None:
+def test_similar_rays_become_neighbours(seed: int) -> None:
     """64 bundles of 64 rays are shuffled. In the sorted order, each square of 8 x 8 rays is one
     bundle again."""
     rng = np.random.default_rng(seed)
@@ -175,8 +175,8 @@ def test_rays_that_are_alike_come_together(seed: int) -> None:
 
 @pytest.mark.parametrize("way", WAYS)
 def test_origins_on_a_plane_or_at_a_point(way: str) -> None:
-    """If the extent of the origins is 0, or so small that its inverse overflows, the sort puts all
-    origins into one cell, and no error occurs."""
+    """The extent of the origins is 0, or so small that its inverse overflows. The sort then puts
+    all origins into one cell, without an error."""
     for start, spread in ((0.5, 0.0), (0.0, 1e-40)):
         origins = np.tile(np.float32([start, start, 3]), (100, 1))
         origins[::2, 0] += np.float32(spread)
