@@ -1,5 +1,4 @@
-"""Scenes for tests of path tracing. Most functions also return the radiance that a formula
-gives."""
+"""Scenes for tests of path tracing. Many functions also return the expected radiance."""
 from __future__ import annotations
 
 from dataclasses import replace

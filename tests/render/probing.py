@@ -1,4 +1,4 @@
-"""Calls GLSL functions on arrays: a full-screen pass evaluates an expression for every row."""
+"""Calls GLSL functions on arrays: a full-screen pass runs a GLSL body for every row."""
 from __future__ import annotations
 
 import tempfile
@@ -18,6 +18,7 @@ def evaluate(include: str, body: str, values: np.ndarray) -> np.ndarray:
     """Return the (n, 4) results of a GLSL body that computes ``result`` from ``x``.
 
     ``x`` is a row of ``values``, (n, up to 4). Input and result are both float32 or both uint32.
+    The body may call the functions of ``render/{include}.glsl``.
     """
     gpu, whole = open_gpu(), values.dtype == np.uint32
     count = len(values)

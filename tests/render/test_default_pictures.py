@@ -28,8 +28,8 @@ def places(camera: rt.Camera, triangles: np.ndarray, size: tuple[int, int] = (1,
 
 @pytest.mark.parametrize("name", OBJECTS)
 def test_built_in_objects_are_whole_in_the_picture(name: str) -> None:
-    """At least 2 % of the picture is free on each side. The usual MARGIN would move the cameras
-    with which figures were measured."""
+    """At least 2 % of the picture is free on each side. These cameras may ignore the larger
+    MARGIN, because figures were measured with them."""
     built = catalogue.ROWS[name].make()
     assert np.abs(places(built.camera, built.triangles)).max() < 0.96
 
@@ -66,9 +66,10 @@ def test_a_mesh_file_of_an_object_fills_its_picture(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("integrator, options", [("whitted", {}), ("path", {"samples": 4})])
-def test_a_room_in_a_file_is_lit_as_by_name(tmp_path, integrator: str, options: dict) -> None:
-    """The light must lie below the ceiling. At its usual place beside the camera, the light would
-    lie above the ceiling."""
+def test_a_room_from_a_file_is_lit_like_the_built_in_room(tmp_path, integrator: str,
+                                                          options: dict) -> None:
+    """The light must lie below the ceiling. The usual place beside the camera is above the
+    ceiling."""
     built = catalogue.ROWS["kitchen"].make()
     named = rt.Scene("kitchen", built.triangles, built.colours, rt.PointLight(built.light),
                      built.camera)
@@ -126,7 +127,7 @@ def test_where_paths_end_the_surroundings_show(name: str, bounces: int) -> None:
     assert (np.asarray(image.convert("L")) < 16).mean() < 0.001
 
 
-def test_nothing_is_said_where_no_path_is_cut_short(recwarn) -> None:
+def test_no_warning_where_no_path_is_cut_short(recwarn) -> None:
     """No warning about bounces appears if no path reaches the limit of bounces."""
     with rt.Tracer("cornell") as tracer:
         tracer.render(size=(8, 8))
@@ -157,7 +158,7 @@ def test_a_floor_is_there_when_asked_for(capsys, tmp_path) -> None:
     (["cloth", "--frames", "2", "-o", "{}/a.gif"], "--frames"),
     (["cornell", "-m", "auto", "-o", "{}/a.png"], "auto"),
     (["boulder", "-m", "geometry-image", "-o", "{}/a.png"], "geometry-image")])
-def test_floors_that_cannot_be(capsys, tmp_path, words: list[str], message: str) -> None:
+def test_floors_that_are_refused(capsys, tmp_path, words: list[str], message: str) -> None:
     """`--floor` is refused for animations, for `auto` and for geometry images."""
     assert cli.main(["render", "--floor", *(w.replace("{}", str(tmp_path)) for w in words)]) == 1
     error = capsys.readouterr().err
@@ -171,8 +172,8 @@ def _saved(triangles: np.ndarray, path) -> str:
     return str(path)
 
 
-def test_a_floor_takes_corners_and_materials_of_its_own() -> None:
-    """The floor's triangles have their own material and no normals. They lie below the scene."""
+def test_a_floor_has_its_own_material_and_no_normals() -> None:
+    """The floor lies below the scene."""
     from gpgpu_rt.cli.floor import on_floor
     scene = rt.load_scene("soft-shadows")
     more = on_floor(replace(scene, uv=np.zeros((len(scene), 3, 2), np.float32)))

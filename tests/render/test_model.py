@@ -26,7 +26,7 @@ def test_a_bare_mesh_is_diffuse_grey_before_a_backdrop() -> None:
     assert bare.lights == (bare.light,)
 
 
-def test_colours_are_those_of_the_materials() -> None:
+def test_colours_equal_the_colours_of_the_materials() -> None:
     lamp = Material("lamp", emission=(3, 2, 1))
     two = scene(materials=[Material("red", (1, 0, 0)), lamp], material_of=[1, 0])
     assert two.colours.tolist() == [[0, 0, 0], [1, 0, 0]] and two.emitters.tolist() == [0]
@@ -58,7 +58,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_what_cannot_be_is_refused_in_one_line(name: str) -> None:
+def test_invalid_values_are_refused_in_one_line(name: str) -> None:
     make, message = BAD[name]
     with pytest.raises(rt.SceneError, match=message) as caught:
         make()

@@ -48,7 +48,7 @@ def plan_of(scene: rt.Scene) -> Plan:
 
 
 @pytest.mark.parametrize("name", ALONE)
-def test_each_property_brings_exactly_its_own(name: str) -> None:
+def test_each_property_adds_only_what_it_needs(name: str) -> None:
     base, plan = plan_of(plain()), plan_of(ALONE[name](plain()))
     defines, textures, passes = ADDS[name]
     assert set(plan.defines) - set(base.defines) == defines
@@ -59,7 +59,7 @@ def test_each_property_brings_exactly_its_own(name: str) -> None:
     assert not set(base.passes) - set(plan.passes)
 
 
-def test_the_plain_scene_takes_next_to_nothing() -> None:
+def test_the_plain_scene_needs_next_to_nothing() -> None:
     plan = plan_of(plain())
     assert plan.defines == ("SKY",) and plan.passes == ("eye rays", "surfaces", "picture")
     own = {name for name in plan.textures if not name.startswith("the method's")}
@@ -91,7 +91,7 @@ def test_the_picture_of_all_features_is_the_same(precise_renderer, name: str) ->
         assert drawn <= all_of_it["picture_passes"][kind]
 
 
-def test_what_was_left_out_says_why() -> None:
+def test_the_plan_says_why_parts_are_left_out() -> None:
     """The plan gives a reason for each define, texture and pass that was left out."""
     plan = plan_of(ALONE["point light"](plain()))
     assert plan.left_out["define"]["MIRRORS"] == "no material is a mirror"

@@ -119,7 +119,7 @@ def test_paths_are_counted_vertex_by_vertex(precise_renderer, small) -> None:
             min(size for size in sizes if size >= vertex["live"]) for vertex in vertices]
 
 
-def test_live_paths_are_those_that_the_light_is_from(small) -> None:
+def test_a_path_that_leaves_the_scene_is_not_live(small) -> None:
     """At the eye, all paths are live. At the next vertex, only the paths whose eye ray hits the
     white ball are live.
 
@@ -179,8 +179,8 @@ def test_a_plan_says_what_runs_at_its_size() -> None:
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])
-def test_a_vertex_asks_one_light(count: int) -> None:
-    """A vertex of a path samples one light, however many lights the scene has."""
+def test_a_vertex_samples_one_light(count: int) -> None:
+    """A vertex of a path samples at most one light, however many lights the scene has."""
     scene = rt.Scene.from_arrays(np.eye(3), [[0, 1, 2]], environment=None,
                                  lights=(rt.PointLight((0, 0, 9)),) * count)
     with rt.Tracer(scene, "brute-force") as tracer:

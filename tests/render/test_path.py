@@ -37,7 +37,7 @@ def radiance(scene: rt.Scene, size: tuple[int, int], samples: int, method: str =
 
 @pytest.mark.parametrize("name, sampler", [*((name, "sobol") for name in SCENES),
                                            ("everything", "random")])
-def test_as_its_float64_twin(name: str, sampler: str) -> None:
+def test_shaders_agree_with_the_float64_twin(name: str, sampler: str) -> None:
     """The shaders and the float64 path tracer trace the same paths, except for a few paths that
     rounding changes."""
     scene = SCENES[name]()
@@ -66,8 +66,8 @@ def test_cornell_box_within_its_noise(seed: int) -> None:
 def test_cornell_box_at_4096_samples() -> None:
     """The mean relative error at 64 x 64 against an independent renderer's picture is small.
 
-    Without that picture's own noise, the mean error of the luminance is below 1 %. The mean error
-    of the channels, dark channels included, is below 1.15 %.
+    Without the noise of this renderer's picture, the mean error of the luminance is below 1 %. The
+    mean error of the channels, dark channels included, is below 1.15 %.
     """
     found = radiance(path_scenes.cornell_lit(), (64, 64), 4096, roulette=16)
     truth = cornell_truth()[0]
@@ -79,7 +79,7 @@ def test_cornell_box_at_4096_samples() -> None:
 
 
 @pytest.mark.parametrize("seed", [12])
-def test_cornell_box_as_by_another_renderer(seed: int) -> None:
+def test_cornell_box_agrees_with_another_renderer(seed: int) -> None:
     """In each channel, the mean of each quarter of the picture agrees with the same quarter of an
     independent renderer's picture. A few samples suffice for these means."""
     truth = cornell_truth()[0]
@@ -134,7 +134,7 @@ def test_direct_light_of_a_bright_texel() -> None:
 
 @pytest.mark.parametrize("seed", [13])
 def test_asking_finds_a_small_sun(seed: int, monkeypatch) -> None:
-    """With direct sampling of a small sun, the error is less than a tenth of the error without.
+    """Direct sampling of a small sun lowers the error to less than a tenth.
 
     docs/path-tracing.md quotes the two errors that this test prints.
     """
@@ -234,8 +234,8 @@ def test_seeds_differ_and_repeat() -> None:
 
 
 @pytest.mark.parametrize("sampler, least, most", [("random", 0.3, 1.5), ("sobol", 0, 0.6)])
-def test_noise_target_stops_and_progress_is_told(monkeypatch, sampler: str, least: float,
-                                                 most: float) -> None:
+def test_noise_target_stops_and_progress_is_reported(monkeypatch, sampler: str, least: float,
+                                                     most: float) -> None:
     """Rendering stops at the noise target, and reports its progress after every wave. A wave is
     the paths that are traced at once."""
     monkeypatch.setattr(path, "WAVE", 16 * 64)
@@ -269,10 +269,10 @@ def test_options_that_make_no_sense_are_refused(wrong: dict) -> None:
     ("lamp", {"emission", "light_choice"}), ("sky", {"light_choice"}),
     ("sky and lamp", {"emission", "light_choice"}),
     ("image", {"light_choice", "surroundings_image", "surroundings_sums", "surroundings_row"})])
-def test_each_light_brings_exactly_its_own(name: str, adds: set[str]) -> None:
+def test_each_light_adds_only_what_it_needs(name: str, adds: set[str]) -> None:
     """Each light adds only the textures that it needs.
 
-    The textures hold shadow rays with their light, a table of lights, a table of point lights, the
+    Any light adds shadow rays and their light. The other textures hold tables of lights, the
     emission of materials, and an environment image with its sums. Shadow rays sample an even sky
     only if the scene has no other light.
     """

@@ -48,7 +48,7 @@ def test_glsl_draws_the_same_bits(seed: int) -> None:
     assert found.min() > 0 and found.max() < 1
 
 
-def test_numbers_are_cell_middles_and_their_range_is_refused() -> None:
+def test_numbers_are_cell_middles_and_wrong_counters_are_refused() -> None:
     numbers = random_numbers(np.arange(1000), 3, 7, 2, 1) * 2.0 ** 24
     assert (numbers % 2 == 1).all() and (np.float32(numbers) == numbers).all()
     for wrong in ((1 << 12, 0, 0), (0, 16, 0), (0, 0, 1 << 16)):
@@ -89,11 +89,11 @@ def test_numbers_are_uniform_and_independent(name: str) -> None:
         assert abs(np.corrcoef(first, second)[0, 1]) < 5 / np.sqrt(len(first))
 
 
-def test_mean_over_samples_converges_as_it_should() -> None:
-    """A sample's value is the product of 48 factors, from all dimensions of several bounces. The
-    mean of the samples is right within its noise."""
+def test_mean_over_samples_converges() -> None:
+    """A sample's value is the product of 48 factors of mean 1, from two blocks of six bounces. The
+    mean of the samples is 1 within its noise."""
     samples = np.arange(1 << 14)
     numbers = np.concatenate([random_numbers(3, 4, samples, bounce, block) for bounce in range(6)
                               for block in (0, 1)], axis=1)
-    product = np.prod(1 + (numbers - 0.5), axis=1)      # 48 factors of mean 1
+    product = np.prod(1 + (numbers - 0.5), axis=1)
     assert abs(product.mean() - 1) < 4 * product.std() / np.sqrt(len(samples))

@@ -1,4 +1,4 @@
-"""The float64 path tracer is compared with formulas, so that other tests can rely on it."""
+"""The float64 path tracer, the reference of other tests, is compared with formulas."""
 from __future__ import annotations
 
 import dataclasses
@@ -92,7 +92,7 @@ def test_direct_light_of_a_bright_texel(seed: int, monkeypatch) -> None:
 
 @pytest.mark.parametrize("name", ["sky", "image"])
 @pytest.mark.parametrize("seed", [11])
-def test_asking_surroundings_changes_the_noise_alone(seed: int, name: str, monkeypatch) -> None:
+def test_sampling_surroundings_changes_only_the_noise(seed: int, name: str, monkeypatch) -> None:
     """Direct sampling of the surroundings changes only the noise. The scene is a room with all
     kinds of surface. All light comes through openings in the walls."""
     scene = path_scenes.everything() if name == "sky" else path_scenes.everything_under_an_image()
@@ -109,8 +109,8 @@ def test_asking_surroundings_changes_the_noise_alone(seed: int, name: str, monke
 
 @pytest.mark.parametrize("lamps", [0, 1])
 @pytest.mark.parametrize("name, alone, beside", [("sky", 1, 0), ("image", 1, 0.5), ("dark", 0, 0)])
-def test_how_often_surroundings_are_asked(name: str, alone: float, beside: float,
-                                          lamps: int) -> None:
+def test_how_often_surroundings_are_sampled(name: str, alone: float, beside: float,
+                                            lamps: int) -> None:
     """The share of direct samples that go to the surroundings depends on the sky and on the
     lamps."""
     sky = {"sky": Environment.constant((9, 9, 9)), "image": path_scenes.image_sky(None, 9),
@@ -122,7 +122,7 @@ def test_how_often_surroundings_are_asked(name: str, alone: float, beside: float
 
 
 @pytest.mark.parametrize("seed", [12])
-def test_directions_to_an_image_come_as_often_as_they_are_bright(seed: int) -> None:
+def test_directions_to_an_image_follow_their_density(seed: int) -> None:
     """Each region of the sphere receives the share of directions that the density predicts for
     it."""
     rng = np.random.default_rng(seed)
@@ -153,7 +153,7 @@ def test_directions_to_an_image_come_as_often_as_they_are_bright(seed: int) -> N
 
 
 @pytest.mark.parametrize("seed", [7])
-def test_asking_lights_changes_the_noise_alone(seed: int, monkeypatch) -> None:
+def test_sampling_lights_changes_only_the_noise(seed: int, monkeypatch) -> None:
     """Direct sampling of a lamp changes only the noise. The lamp lights glossy and diffuse walls.
     Without direct sampling, paths find the lamp by chance."""
     scene = path_scenes.closed_box(diffuse=(0.4, 0.4, 0.4), glossy=(0.4, 0.3, 0.2), roughness=0.4)

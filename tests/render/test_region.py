@@ -35,7 +35,7 @@ def test_tiles_make_up_the_picture(scene: str, method: str, asked: dict, precise
     assert whole.std() > 5
 
 
-def test_however_many_waves_it_takes(monkeypatch, precise_renderer) -> None:
+def test_a_region_may_need_fewer_waves_than_the_picture(monkeypatch, precise_renderer) -> None:
     """A region equals its part of the picture even if the numbers of waves differ.
 
     A wave is a set of paths that are traced at once. Here the region traces all of its samples in
@@ -51,7 +51,7 @@ def test_however_many_waves_it_takes(monkeypatch, precise_renderer) -> None:
 
 @pytest.mark.parametrize("region", [(-1, 0, 2, 2), (0, 0, 0, 2), (36, 0, 2, 2), (0, 28, 1, 2),
                                     (0, 0, 4), "here"])
-def test_regions_that_are_none(region: object) -> None:
+def test_invalid_regions_are_refused(region: object) -> None:
     """Regions that are empty, malformed or not inside the picture are refused."""
     with rt.Tracer("cornell") as tracer, pytest.raises(rt.OptionError, match="region"):
         tracer.render(size=SIZE, region=region)

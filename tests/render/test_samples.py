@@ -52,7 +52,7 @@ def bits(method: str = "bvh-threaded", options: dict = {}, **asked: object) -> n
                                         **asked))
 
 
-def test_the_same_bits_by_any_way(precise_renderer) -> None:
+def test_methods_bounds_and_features_do_not_change_the_picture(precise_renderer) -> None:
     """Another method, rasterised bounds and all features give the same picture."""
     expected = bits()
     assert (bits("kd-restart") == expected).all()
@@ -79,8 +79,8 @@ def test_first_hits_beside_the_middle_are_not_rasterised() -> None:
 @pytest.mark.parametrize("integrator, option, value, most", [
     ("direct", "samples", 10 ** 12, 2 ** 24), ("path", "samples", 10 ** 11, 2 ** 24),
     ("whitted", "light_samples", 10 ** 9, 2 ** 16), ("whitted", "bounces", 300, 64)])
-def test_numbers_past_what_textures_hold_are_refused(integrator: str, option: str, value: int,
-                                                     most: int) -> None:
+def test_too_large_numbers_are_refused(integrator: str, option: str, value: int,
+                                       most: int) -> None:
     with rt.Tracer(sheet(3.3)) as tracer:
         with pytest.raises(rt.OptionError, match=f"^option {option}={value} must be at most "
                                                  f"{most}$"):

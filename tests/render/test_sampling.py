@@ -93,9 +93,8 @@ def test_frames_are_orthonormal(seed: int) -> None:
 def cosines_and_iors() -> tuple[np.ndarray, np.ndarray]:
     """Return cosines and refractive indices that cover all kinds of refraction.
 
-    There are grazing rays, perpendicular rays, rays next to the critical angle, and rays beyond
-    it. The rays enter and leave glass, water, diamond, a medium of index 1.0003, and a medium of
-    index 10.
+    There are grazing rays, perpendicular rays, and rays next to and beyond the critical angle. The
+    rays enter and leave glass, water, diamond, a medium of index 1.0003, and a medium of index 10.
     """
     iors = np.float32([1.5, 1 / 1.5, 1.33, 1 / 1.33, 2.42, 1 / 2.42, 1.0003, 1 / 1.0003, 10, 0.1])
     cosines = np.float32(np.r_[np.linspace(1e-6, 1, 2000), 10.0 ** -np.arange(7), 1.0])

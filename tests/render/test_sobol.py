@@ -29,7 +29,7 @@ def test_glsl_draws_the_same_bits(seed: int, block: int) -> None:
         assert (found[some] == sobol_bits(*where[some, :3].T, int(bounce), block, 9)).all()
 
 
-def test_numbers_are_cell_middles_and_their_range_is_refused() -> None:
+def test_numbers_are_cell_middles_and_wrong_counters_are_refused() -> None:
     numbers = sobol_numbers(np.arange(1000), 3, 7, 2, 1) * 2.0 ** 24
     assert (numbers % 2 == 1).all() and (np.float32(numbers) == numbers).all()
     for wrong in ((1 << 12, 0, 0), (3, 2, 0), (0, 1, 0), (1, 0, 1 << 16)):
@@ -91,7 +91,7 @@ def streams() -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("name", list(streams()))
-def test_what_is_not_one_net_is_independent(name: str) -> None:
+def test_numbers_of_different_nets_are_independent(name: str) -> None:
     """Numbers of different pixels, path vertices, blocks, seeds or samples are independent."""
     numbers = streams()[name]
     for axis in range(8):

@@ -1,4 +1,4 @@
-"""Exposure and tone map: light of known strength gets the grey level that the curve gives."""
+"""Exposure and tone map: light of known strength gets the grey level of the tone map's formula."""
 from __future__ import annotations
 
 import numpy as np
@@ -47,7 +47,7 @@ def test_light_of_known_strength(integrator: str, options: dict, wanted: list[in
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-def test_the_options_come_and_go(precise_renderer, integrator: str) -> None:
+def test_an_exposure_changes_only_its_own_picture(precise_renderer, integrator: str) -> None:
     """A picture without options is the same before and after a picture with an exposure. With an
     exposure, a region equals the same part of the whole picture."""
     drawing = {"size": (24, 16), "integrator": integrator,
@@ -73,7 +73,7 @@ def test_curves_rise_from_black_to_white(tone_map: str) -> None:
     assert (shown(np.full((1, 3), np.inf), 3.0, tone_map) >= 254).all()
 
 
-def test_an_interrupted_picture_has_them_too(monkeypatch) -> None:
+def test_an_interrupted_picture_has_the_exposure(monkeypatch) -> None:
     """The unfinished picture after an interrupt has the requested exposure."""
     monkeypatch.setattr(path_tracing, "WAVE", 4 * 16 * 16)
 

@@ -211,7 +211,7 @@ def test_low_precision_shows_little(precise_renderer, precision: str, most: floa
     assert (drawn(everything(), all_features=True, precision=precision) == derived).all()
 
 
-def test_what_moves_looks_as_what_was_there_from_the_start(precise_renderer) -> None:
+def test_an_updated_picture_equals_a_new_tracers_picture(precise_renderer) -> None:
     """After an update, the picture equals a new tracer's picture of the moved scene."""
     scene = everything()
     triangles = scene.triangles * np.float32(1.1) + np.float32(0.05)

@@ -57,8 +57,8 @@ for schedule in ("step", "kernels"):
 """
 
 
-@pytest.mark.skipif(os.environ.get("GPGPU_RT_CONTEXT", "egl") != "egl", reason="draws by EGL")
-@pytest.mark.skipif(shutil.which("gcc") is None, reason="compiles a C file with gcc")
+@pytest.mark.skipif(os.environ.get("GPGPU_RT_CONTEXT", "egl") != "egl", reason="needs EGL")
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 def test_no_fence_is_freed_while_a_thread_uses_it(tmp_path: Path) -> None:
     library = tmp_path / "fences.so"
     subprocess.run(["gcc", "-shared", "-fPIC", "-O1", "-fno-builtin", "-o", library, SOURCE,

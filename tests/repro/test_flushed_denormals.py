@@ -34,7 +34,7 @@ def flushing() -> Iterator[None]:
         library.fesetenv(before)
 
 
-def test_a_call_keeps_denormals_and_gives_the_state_back() -> None:
+def test_a_call_keeps_denormals_and_restores_the_state() -> None:
     with flushing():
         assert flushed()
         assert not keeps_denormals(flushed)()
@@ -42,7 +42,7 @@ def test_a_call_keeps_denormals_and_gives_the_state_back() -> None:
     assert not flushed()
 
 
-def test_the_state_comes_back_after_an_error() -> None:
+def test_the_state_is_restored_after_an_error() -> None:
     @keeps_denormals
     def failing() -> None:
         raise ValueError

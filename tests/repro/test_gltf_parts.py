@@ -1,5 +1,5 @@
-"""A scene file names a node of a glTF file. trimesh splits a node with several materials into
-pieces with random names, so the node's name was unknown. It numbers nodes of equal names."""
+"""In the past, a scene file could not name some nodes of a glTF file. trimesh splits a node with
+several materials into pieces with random names, and numbers nodes of equal names."""
 from __future__ import annotations
 
 import base64
@@ -59,7 +59,7 @@ def test_a_wrong_name_is_answered_with_the_nodes_name(tmp_path: Path) -> None:
 
 
 def test_a_child_whose_name_looks_like_a_random_ending(tmp_path: Path) -> None:
-    """"facade" has six hexadecimal digits, but is a name of the file."""
+    """"facade" looks like a random ending of six hexadecimal digits, but is part of a name."""
     nodes = [{"name": "house", "mesh": 0, "children": [1]}, {"name": "house_facade", "mesh": 1}]
     text = gltf([1, 1], nodes).replace('"nodes": [0, 1]}]', '"nodes": [0]}]')
     (tmp_path / "village.gltf").write_text(text)

@@ -11,7 +11,7 @@ import gpgpu_rt as rt
 
 @pytest.mark.parametrize("storage", ["fp16", "fp24", "fp32"])
 @pytest.mark.parametrize("method", ["bvh-threaded", "bvh-packet"])
-def test_presort_takes_the_rays_that_textures_hold(method: str, storage: str) -> None:
+def test_presort_keeps_rays_whose_rounded_interval_is_valid(method: str, storage: str) -> None:
     scene = rt.Scene.from_arrays([[-1, -1, 1], [3, -1, 1], [-1, 3, 1]], [[0, 1, 2]])
     origins, directions = np.zeros((64, 3)), np.tile([0.0, 0.0, 1.0], (64, 1))
     found = []

@@ -1,5 +1,5 @@
 """On a busy machine, a local worker process may take longer to end than Dask waits. In the past,
-this ended `make figures` in a traceback, although all measurements were complete."""
+`make figures` then ended with a traceback, although all measurements were complete."""
 from __future__ import annotations
 
 import contextlib

@@ -1,9 +1,9 @@
 """Beside an edge of a long thin box, float32 accepts both triangles that share the edge, at
-different t. The float64 test rejects one of the two hits, so the ray has one location there.
+different t. The float64 test disproves one of the two hits, so the ray has one location there.
 
-From afar, float32 cannot separate the hits on both sides of the box, and float64 may reject the
-hit on one side. This hit was dropped: the ray had one location, but it enters and leaves the
-box."""
+From afar, float32 cannot separate the hits on the two sides of the box, and float64 may disprove
+the hit on one side. In the past, this hit was dropped, so a ray that enters and leaves the box had
+one location."""
 from __future__ import annotations
 
 import numpy as np
@@ -46,7 +46,8 @@ def test_a_ray_from_afar_enters_and_leaves_the_box(box: RayMeshIntersector, seed
     origins = aims - 1000 * directions / np.linalg.norm(directions, axis=1, keepdims=True)
     _, rays, _ = box.intersects_location(origins, directions)
     places = np.bincount(rays, minlength=len(aims))[box.intersects_any(origins, directions)]
-    # 0.5 % of the rays had one location. Now only those have one whose hits float64 disproves all.
+    # In the past, 0.5 % of the rays had one location. Now a ray has one location only if float64
+    # disproves all its hits.
     assert places.max() == 2 and (places == 1).mean() < 0.001
 
 
@@ -54,8 +55,9 @@ def test_a_ray_from_afar_enters_and_leaves_the_box(box: RayMeshIntersector, seed
     pytest.param([[0, 1, 2], [0, 2, 3]], id="wound alike"),
     pytest.param([[0, 1, 2], [0, 3, 2]], id="wound differently"),
     pytest.param([[0, 1, 2], [0, 2, 1]], id="a triangle and its reverse")])
-def test_a_flat_sheet_is_one_place(faces: list[list[int]]) -> None:
-    """Rays at the edge from corner 0 to corner 2 have one location, however faces are wound."""
+def test_a_flat_sheet_has_one_place(faces: list[list[int]]) -> None:
+    """Rays aim at the edge from corner 0 to corner 2. A ray that hits has one location, however
+    the faces are wound."""
     turned = trimesh.transformations.euler_matrix(0.4, 0.7, 1.1)[:3, :3]
     corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]) @ turned.T
     rng = np.random.default_rng(7)

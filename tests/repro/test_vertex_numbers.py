@@ -1,5 +1,5 @@
-"""softpipe restarts gl_VertexID at 0 after every 4,096 vertices. Programs therefore scattered all
-later points to the texels of the first 4,096 points."""
+"""softpipe restarts gl_VertexID at 0 after every 4,096 vertices. In the past, programs therefore
+scattered all later points to the texels of the first 4,096 points."""
 from __future__ import annotations
 
 import numpy as np

@@ -1,5 +1,5 @@
 """In the past, `gpgpu-rt info` crashed if the environment chose the driver zink, because OSMesa of
-Mesa 22.3 crashes when it is asked for zink."""
+Mesa 22.3 crashes with zink."""
 from __future__ import annotations
 
 import os

@@ -44,7 +44,7 @@ def test_slices_make_the_same_table(gpu, count: int, monkeypatch) -> None:
         table.release()
 
 
-def test_a_table_is_written_into_where_it_fits(gpu) -> None:
+def test_a_texture_is_reused_if_the_table_fits(gpu) -> None:
     """A table is written into the given texture if it fits, and else into a new texture."""
     corners = {f"v{k}": np.full((10, 3), k) for k in range(3)}
     first = table_textures(gpu, TRIANGLE, {**corners, "index": np.arange(10)})
@@ -156,7 +156,7 @@ def test_coarsened_kd_trees(most: int) -> None:
         assert np.array_equal(held, np.unique(np.concatenate(parts)))
 
 
-def test_the_limit_is_asked_for_only_where_it_could_be_passed() -> None:
+def test_a_limit_is_set_only_if_a_tree_could_exceed_it() -> None:
     """`node_limit` sets a limit only if a tree with the given number of triangles could exceed
     the limit."""
     assert node_limit(10**6) == node_limit(EXACT_INTEGER // 2) == {}
@@ -209,8 +209,8 @@ print(json.dumps(found))
 @pytest.mark.parametrize("name, gibibytes", [("sodahall", 6), ("powerplant", 16)])
 @pytest.mark.parametrize("options", [{}, {"octants": True}], ids=["plain", "octants"])
 def test_large_scenes(precise_renderer, name: str, options: dict, gibibytes: float) -> None:
-    """Large scenes are built and rendered within their memory limit, and the hits equal those of
-    brute force. ``pytest -s`` shows time and memory."""
+    """Large scenes are built and rendered within their memory limit, and the hits equal the hits
+    of brute force. ``pytest -s`` shows time and memory."""
     environment = {**os.environ, "GPGPU_RT_CACHE": "", "GPGPU_RT_SCENES": ""}
     answer = subprocess.run([sys.executable, "-c", LARGE, name, json.dumps(options)], check=True,
                             capture_output=True, text=True, env=environment)

@@ -119,7 +119,7 @@ def textured(tmp_path: Path) -> Path:
     return tmp_path / "m.obj"
 
 
-def test_faces_without_places_do_not_take_them_from_others(textured: Path) -> None:
+def test_faces_without_texture_coordinates_get_none(textured: Path) -> None:
     """A face without texture coordinates gets none from other faces with the same vertices."""
     textured.write_text(f"mtllib m.mtl\n{SQUARE}{PLACES}usemtl a\no x\nf 1 2 3\no y\n{QUAD}")
     scene = rt.load_scene(textured)
@@ -140,7 +140,7 @@ def test_groups_keep_their_materials(textured: Path) -> None:
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("name", TEXTURED)
-def test_corners_of_textured_obj_files_keep_their_places(name: str, textured: Path) -> None:
+def test_corners_of_textured_obj_files_keep_their_coordinates(name: str, textured: Path) -> None:
     """Each corner keeps its own texture coordinates."""
     textured.write_text("mtllib m.mtl\n" + SQUARE + TEXTURED[name])
     scene = rt.load_scene(textured)

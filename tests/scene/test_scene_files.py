@@ -120,7 +120,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_what_a_file_cannot_mean_is_refused_in_one_line(name: str, folder: Path) -> None:
+def test_invalid_contents_are_refused_in_one_line(name: str, folder: Path) -> None:
     change, message = BAD[name]
     said = copy.deepcopy(GOOD)
     changed = change(said)
@@ -130,7 +130,7 @@ def test_what_a_file_cannot_mean_is_refused_in_one_line(name: str, folder: Path)
     assert "\n" not in str(caught.value) and str(path) in str(caught.value)
 
 
-def test_the_schema_is_that_of_the_keys() -> None:
+def test_the_documented_schema_equals_the_keys() -> None:
     """The JSON schema in docs/ equals the schema of the scene keys.
 
     To write the file: ``python -c 'import json; from gpgpu_rt.scene.scene_keys import schema;
@@ -146,7 +146,7 @@ def test_every_key_is_documented() -> None:
             assert f"`{name}`" in words and key.help in words, name
 
 
-def test_the_example_in_the_documentation_is_one(folder: Path) -> None:
+def test_the_example_in_the_documentation_is_a_scene(folder: Path) -> None:
     words = (DOCS / "scene-files.md").read_text()
     example = words.split("```json")[1].split("```")[0]
     scene = rt.load_scene(written(folder, example))
@@ -169,7 +169,7 @@ def test_missing_textures_of_mesh_files_are_errors(folder: Path) -> None:
         rt.load_scene(folder / "two.obj")
 
 
-def test_mtl_materials_are_what_they_say(folder: Path) -> None:
+def test_mtl_materials_are_read(folder: Path) -> None:
     (folder / "two.mtl").write_text(
         "newmtl green\nKd 0 1 0\nKs 0.5 0.5 0.5\nNs 198\nillum 2\nKe 1 0 0\n")
     (material,) = rt.load_scene(folder / "two.obj").materials
@@ -204,19 +204,19 @@ def test_gltf_metals_are_mirrors_or_glossy(tmp_path: Path) -> None:
         assert material.emission == (0, 1, 0)
 
 
-def test_a_backdrop_that_is_false_is_none(folder: Path) -> None:
+def test_a_false_backdrop_means_no_environment(folder: Path) -> None:
     said = {**GOOD, "environment": {"backdrop": False}}
     assert rt.load_scene(written(folder, said)).environment is None
 
 
-def test_a_texture_without_places_is_refused(folder: Path) -> None:
+def test_a_texture_without_coordinates_is_refused(folder: Path) -> None:
     said = copy.deepcopy(GOOD)
     said["meshes"][1]["material"] = "wood"
     with pytest.raises(rt.SceneError, match=r"meshes\[1\] has no texture coordinates"):
         rt.load_scene(written(folder, said))
 
 
-def test_what_is_too_deep_or_marked_as_utf8(folder: Path) -> None:
+def test_deep_json_and_byte_order_marks(folder: Path) -> None:
     """JSON that is nested too deeply is refused. A byte order mark at the start is skipped."""
     with pytest.raises(rt.SceneError, match="no JSON"):
         rt.load_scene(written(folder, "[" * 100_000))
@@ -297,7 +297,7 @@ def test_names_in_gltf_files_are_uris(folder: Path) -> None:
         rt.load_scene(path)
 
 
-def test_corners_that_share_one_place_have_one(folder: Path) -> None:
+def test_equal_texture_coordinates_are_kept(folder: Path) -> None:
     """Texture coordinates are kept even if all corners of a triangle have the same coordinates."""
     (folder / "n.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n")
     said = {**GOOD, "meshes": [{"file": "n.obj", "material": "wood"}]}

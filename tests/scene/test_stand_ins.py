@@ -66,8 +66,8 @@ def words(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_commands_tell(command: str, words, capsys) -> None:
-    """The text and the JSON of each command say that the scene is a stand-in. With
-    --json, a line on stderr says so, too."""
+    """The text and the JSON of each command say that the scene is a stand-in. With --json, a line
+    on stderr also says this."""
     assert cli.main(words(command)) == 0
     assert f"{SCENE} is a procedural stand-in for" in capsys.readouterr().out
     assert cli.main((*words(command), "--json")) == 0

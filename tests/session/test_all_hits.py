@@ -53,8 +53,8 @@ def all_pairs(scene: rt.Scene, origins: np.ndarray, directions: np.ndarray, t_mi
     pytest.param(name, schedule, id=f"{name}-{schedule}",
                  marks=() if schedule == row.schedules[-1] else pytest.mark.full)
     for name, row in METHODS.items() for schedule in row.schedules])
-def test_all_hits_are_those_of_all_pairs(exact_renderer, method: str, schedule: str,
-                                         seed: int) -> None:
+def test_all_hits_equal_the_hits_of_all_pairs(exact_renderer, method: str, schedule: str,
+                                              seed: int) -> None:
     scene = doubled_soup(seed)
     origins, directions = rays_through(scene, seed)
     # Leave out the far ray: the tracer moves the ray's origin, so t rounds differently.
@@ -102,8 +102,7 @@ def test_options_change_no_hit(exact_renderer, options: dict, seed: int) -> None
         assert getattr(hits, name).tolist() == getattr(expected, name).tolist()
 
 
-def test_packets_that_leave_rays_behind_go_on_too(precise_renderer, monkeypatch) -> None:
-    """Rays that packets leave unfinished also get all of their hits."""
+def test_rays_that_packets_leave_unfinished_get_all_hits(precise_renderer, monkeypatch) -> None:
     scene = doubled_soup(3, 200)
     rays = rays_through(scene, 3)
     with rt.Tracer(scene, "kd-packet") as tracer:
@@ -116,7 +115,7 @@ def test_packets_that_leave_rays_behind_go_on_too(precise_renderer, monkeypatch)
     assert hits.ray.tolist() == expected.ray.tolist()
 
 
-def test_rays_that_are_none_and_caps_are_flagged() -> None:
+def test_invalid_rays_and_capped_rays_are_flagged() -> None:
     """`status` marks invalid rays and rays that a step cap stopped."""
     scene = doubled_soup(4)
     origins, directions = rays_through(scene, 4)
@@ -138,7 +137,7 @@ def test_rays_that_are_none_and_caps_are_flagged() -> None:
     ("grid", {"precision": "fp16"}, "fp32 only"), ("grid", {"arithmetic": "fp24"}, "fp32 only"),
     ("ray-engine", {"nearest": "depth"}, "may lose hits"),
     ("kd-restart", {"interval": "nudge-absolute"}, "may lose hits")])
-def test_what_would_lose_hits_is_refused(method: str, options: dict, what: str) -> None:
+def test_options_that_may_lose_hits_are_refused(method: str, options: dict, what: str) -> None:
     with rt.Tracer(soup_scene(9, 1), method, **options) as tracer:
         with pytest.raises(rt.OptionError, match=what):
             tracer.trace_all([[0, 0, 0]], [[0, 0, 1]])
@@ -165,7 +164,7 @@ with rt.Tracer(scene, "kd-restart") as shared:
 """
 
 
-def test_threads_take_turns() -> None:
+def test_threads_share_a_tracer() -> None:
     """Several threads may share a tracer, and each thread may have its own tracer. The test needs
     its own process, because the current context of this process locks out other threads."""
     subprocess.run([sys.executable, "-c", THREADS], check=True, timeout=120)
@@ -175,7 +174,7 @@ def count_hits(tracer: rt.Tracer) -> int:
     return int(tracer.trace(*tracer.scene.camera.rays((8, 8))).hit.sum())
 
 
-def test_tracers_go_to_other_processes() -> None:
+def test_tracers_are_sent_to_other_processes() -> None:
     with rt.Tracer("cornell", "kd-restart", schedule="step", steps_per_pass=8) as tracer:
         with pickle.loads(pickle.dumps(tracer)) as copy:
             assert copy.options == tracer.options and copy.method is tracer.method

@@ -40,7 +40,7 @@ def in_turn(method: str, **options: object) -> Iterator[rt.Hits]:
     ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16}),
     ("kd-restart", {"entry_points": 4, "build": "zhou"}), ("kd-stack", {"precision": "fp16"})],
     ids=str)
-def test_frames_built_ahead_are_those_of_update(method: str, options: dict) -> None:
+def test_frames_built_ahead_equal_the_frames_of_update(method: str, options: dict) -> None:
     with rt.Tracer(SCENE, method, **options) as tracer:
         first = tracer.trace(*RAYS)
         moves = tracer.updates(positions())
@@ -86,7 +86,7 @@ def test_a_bad_frame_is_reported_after_the_frame_before_it() -> None:
     ("geometry-image", {}, "builds with passes"),
     ("kd-stack", {"build": "zhou", "build_device": "gpu"}, "builds with passes"),
     (rt.Choices(rt.Choice("bvh-packet"), rt.Choice("kd-restart")), {}, "has two")], ids=str)
-def test_what_cannot_be_built_ahead(method, options: dict, message: str) -> None:
+def test_structures_that_cannot_be_built_ahead(method, options: dict, message: str) -> None:
     """`updates` is refused if GPU passes build the structure, or if there are two structures."""
     with rt.Tracer(SCENE, method, **options) as tracer:
         with pytest.raises(rt.OptionError, match=message):

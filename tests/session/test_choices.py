@@ -63,7 +63,7 @@ def share_of(origins: np.ndarray, directions: np.ndarray, diagonal: float = 1.0,
 
 
 @pytest.mark.parametrize("height, width", [(1, 2), (3, 5), (8, 8), (40, 24), (300, 300)])
-def test_what_all_rays_share_is_all(height: int, width: int) -> None:
+def test_rays_with_one_direction_are_coherent(height: int, width: int) -> None:
     """Rays with the same direction are coherent if their origins are near each other."""
     origins, directions = np.zeros((height, width, 3)), np.ones((height, width, 3)) * (1, 2, 3)
     assert share_of(origins, directions) == 1
@@ -78,7 +78,7 @@ def test_what_all_rays_share_is_all(height: int, width: int) -> None:
         assert across == pytest.approx((y - 1) * x / ((y - 1) * x + y * (x - 1)))
 
 
-def test_what_makes_rays_unlike() -> None:
+def test_neighbours_that_are_not_coherent() -> None:
     """Neighbouring rays are not coherent if they differ in a sign or in the dominant axis, or if
     their origins lie far apart."""
     origins, directions = np.zeros((1, 8, 3)), np.ones((1, 8, 3)) * (1, 2, 3)
@@ -92,8 +92,8 @@ def test_what_makes_rays_unlike() -> None:
     assert share_of(apart, directions, 10.0) == 1
 
 
-def test_rays_that_are_none_say_nothing() -> None:
-    """Invalid rays do not count. Without two valid neighbours, there is no share."""
+def test_invalid_rays_do_not_count() -> None:
+    """Without two valid neighbours, there is no share."""
     origins, directions = np.zeros((4, 4, 3)), np.ones((4, 4, 3)) * (1, 2, 3)
     directions[:, 2:] *= -1
     assert share_of(origins, directions) == 1 - 4 / 24
@@ -143,7 +143,7 @@ def test_rays_decide(scene, auto) -> None:
         assert took(auto)[0] == INCOHERENT
 
 
-def test_the_second_structure_is_built_when_it_is_asked_for(scene, auto) -> None:
+def test_the_second_structure_is_built_when_it_is_needed(scene, auto) -> None:
     auto.trace(*eye(scene))
     coherent_alone, built = auto.statistics.texture_bytes, auto.statistics.build_seconds
     assert len(auto.sessions.held) == 1
@@ -172,7 +172,7 @@ def test_a_choice_that_cannot_be_built_changes_nothing(scene, auto, monkeypatch)
     assert took(auto) == (INCOHERENT, "kd-restart", "kd-restart")
 
 
-def test_both_follow_triangles_that_move(scene, auto) -> None:
+def test_both_structures_follow_triangles_that_move(scene, auto) -> None:
     """After an update, both structures find hits on the moved triangles."""
     given = eye(scene), random(scene)
     for rays in given:
@@ -222,7 +222,7 @@ def test_release_frees_both(scene) -> None:
     assert {type(t.mglo).__name__ for t in tables} == {"InvalidObject"}
 
 
-def test_both_go_to_other_processes(scene, auto) -> None:
+def test_both_choices_are_sent_to_other_processes(scene, auto) -> None:
     """A pickled tracer keeps both choices."""
     given = random(scene)
     hits = auto.trace(*given)
@@ -256,8 +256,7 @@ def test_choices_that_cannot_be(scene) -> None:
             assert tracer.trace(*rays).nodes_visited.sum() > 0
 
 
-def test_what_moves_on_the_gpu_moves_in_one_structure() -> None:
-    """A tracer with two choices cannot be deformed."""
+def test_a_tracer_with_two_choices_cannot_be_deformed() -> None:
     surface = Choices(Choice("geometry-image"), Choice("bvh-threaded"))
     with rt.Tracer("boulder", surface) as tracer:
         with pytest.raises(rt.OptionError, match="make the tracer with method geometry-image"):

@@ -39,8 +39,8 @@ def scene_of(triangles: np.ndarray) -> rt.Scene:
     for row in rt.methods() for options in variants(row.name)
     for schedule in ({}, {"schedule": "step"}) if not schedule
     or "step" in row.schedules_for(options)])
-def test_an_updated_tracer_hits_what_a_new_one_does(precise_renderer, method: str, options: dict,
-                                                    seed: int) -> None:
+def test_an_updated_tracer_equals_a_new_tracer(precise_renderer, method: str, options: dict,
+                                               seed: int) -> None:
     row = find_method(method)
     triangles = random_soup(COUNT, seed)
     triangles[9] = triangles[9, :1]
@@ -165,7 +165,7 @@ def test_frames_do_not_fill_the_cache(tmp_path, monkeypatch) -> None:
     (np.zeros((899, 3)), "900 vertices"), (np.zeros((299, 3, 3)), r"\(300, 3, 3\)"),
     (np.full((900, 3), np.nan), "vertex 0"), (np.full((300, 3, 3), np.inf), "triangle 0"),
     (np.zeros((900, 2)), "shape"), ("abc", "numbers")])
-def test_what_does_not_fit_is_refused_and_changes_nothing(vertices, message: str) -> None:
+def test_vertices_that_do_not_fit_change_nothing(vertices, message: str) -> None:
     scene = scene_of(random_soup(COUNT, 10))
     rays = RAY_SETS["random"](scene, 200, 1)
     with rt.Tracer(scene) as tracer:
@@ -177,7 +177,7 @@ def test_what_does_not_fit_is_refused_and_changes_nothing(vertices, message: str
         assert_same_bits(tracer.trace(*rays), before)
 
 
-def test_tables_that_do_not_fit_leave_those_that_are_there(monkeypatch) -> None:
+def test_tables_that_do_not_fit_change_nothing(monkeypatch) -> None:
     """If the tree of moved triangles exceeds a limit, tree and tables stay as they were."""
     triangles = random_soup(COUNT, 10)
     scene = scene_of(triangles)
@@ -223,8 +223,8 @@ def test_two_tracers_in_turn(precise_renderer, method: str) -> None:
     pytest.param(row.name, options, id="-".join([row.name, *map(str, options.values())]))
     for row in rt.methods() if row.single is not None for options in ({}, {"octants": True})
     if set(options) <= {option.name for option in row.options}])
-def test_rays_that_packets_leave_behind(precise_renderer, method: str, options: dict,
-                                        monkeypatch) -> None:
+def test_rays_that_packets_leave_unfinished(precise_renderer, method: str, options: dict,
+                                            monkeypatch) -> None:
     """A single-ray method finishes the rays that packets leave unfinished. The tables of this
     method must be updated too."""
     monkeypatch.setattr(packets, "PACKET_STEPS", 12)

@@ -94,7 +94,7 @@ def test_culling_saves_tests_and_nothing_else(seed: int, octants: bool) -> None:
 
 
 @pytest.mark.parametrize("seed", [4], ids="seed{}".format)
-def test_a_packet_looks_into_cells_once_for_all(precise_renderer, seed: int) -> None:
+def test_a_packet_fetches_each_cell_once(precise_renderer, seed: int) -> None:
     """A packet fetches each cell once for all its rays. A single ray fetches its own cells."""
     scene, cells = soup_scene(2000, seed, size=0.05), []
     origins, directions = scene.camera.rays((128, 128))
@@ -120,8 +120,8 @@ def test_any_resolution(precise_renderer, resolution: object, seed: int) -> None
 
 @pytest.mark.parametrize("seed", [7], ids="seed{}".format)
 @pytest.mark.parametrize("statistics", [False, True])
-def test_rays_that_a_packet_leaves_behind_go_alone(precise_renderer, monkeypatch, statistics: bool,
-                                                   seed: int) -> None:
+def test_rays_that_a_packet_leaves_unfinished(precise_renderer, monkeypatch, statistics: bool,
+                                              seed: int) -> None:
     """If a packet reaches its limit on steps, its live rays are traced as single rays, and no hit
     is lost."""
     scene = soup_scene(200, seed)
@@ -158,7 +158,7 @@ def test_culling_loses_nothing_in_lower_precision(precise_renderer, method: str,
     ("kd-packet", {"vertex_culling": True, "intersection": "moller-trumbore"}, "watertight"),
     ("bvh-packet", {"vertex_culling": True, "schedule": "step"}, "loop only"),
     ("grid", {"packet": (2, 2), "schedule": "kernels"}, "packet=2x2 runs under loop only")])
-def test_what_does_not_go_together(method: str, options: dict, word: str) -> None:
+def test_combinations_that_are_refused(method: str, options: dict, word: str) -> None:
     with pytest.raises(rt.OptionError, match=word) as caught:
         rt.Tracer(soup_scene(9, 1), method, **options)
     assert "\n" not in str(caught.value)

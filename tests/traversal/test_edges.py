@@ -116,8 +116,8 @@ def test_any_number_of_rays(count: int) -> None:
         assert len(tracer.occluded(origins, np.tile(np.float32([0, 0, -1]), (count, 1)))) == count
 
 
-# The quick suite runs only the last schedule here. It runs the other schedules in tests/extremes
-# (row 40).
+# Here, the quick suite runs only the last schedule. It runs the other schedules in
+# tests/extremes/test_accelerators.py.
 @pytest.mark.parametrize("method, schedule", [
     pytest.param(row.name, schedule, marks=() if schedule == row.schedules[-1]
                  else pytest.mark.full) for row in rt.methods() for schedule in row.schedules])
@@ -131,7 +131,7 @@ def test_step_cap_flags_rays(method: str, schedule: str) -> None:
         capped = tracer.trace(origins, directions)
     done = whole.steps < cap
     assert (capped.status[done] == 0).all()
-    if find_method(method).single:  # steps are the packet's; a ray may finish earlier
+    if find_method(method).single:  # a ray may end before its packet, whose steps are counted
         done = capped.status == 0
         assert not done.all()
     else:
@@ -222,7 +222,7 @@ def test_shapes_agree(precise_renderer) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_counting_counts_as_statistics_do(method: str) -> None:
+def test_counting_equals_statistics(method: str) -> None:
     """`counting` runs programs of its own on the built structure, and releases the programs
     afterwards."""
     scene = rt.load_scene("cornell")
@@ -246,7 +246,7 @@ def test_counting_counts_as_statistics_do(method: str) -> None:
     assert np.array_equal(before.t, after.t) and np.array_equal(before.t, whole.t)
 
 
-def test_counting_is_of_one_choice() -> None:
+def test_counting_needs_a_single_method() -> None:
     pair = rt.Choices(rt.Choice("kd-packet", {}), rt.Choice("kd-restart", {}))
     with rt.Tracer("cornell", pair) as tracer:
         with pytest.raises(rt.OptionError, match="needs a tracer with a single method"):
@@ -255,7 +255,7 @@ def test_counting_is_of_one_choice() -> None:
 
 
 @pytest.mark.parametrize("method", ["kd-restart", "bvh-packet"])
-def test_the_scene_stays_where_it_is_while_counting(method: str) -> None:
+def test_update_is_refused_while_counting(method: str) -> None:
     scene = rt.load_scene("cornell")
     rays = scene.camera.rays((8, 8))
     with rt.Tracer(scene, method) as tracer:

@@ -1,5 +1,6 @@
 """The era form of a method consists of kernels that a card of 2002-2006 could run (docs/era.md).
-It finds the same triangles as today's form, and its text is in the cards' dialect of GLSL."""
+The era form finds the same triangles as today's form. The kernels are in the cards' dialect of
+GLSL."""
 from __future__ import annotations
 
 import re
@@ -63,8 +64,8 @@ def test_shadow_rays_stop_at_a_hit(scenes, name):
     {"stack_size": 1}, {"stack_size": 2}, {"push_down": False},
     {"stack_size": 1, "push_down": False}], ids=str)
 def test_a_short_stack_may_be_shorter(scenes, more):
-    """In the era form, a ray visits the same nodes and tests the same triangles as in today's
-    form, even if the stack is shorter than by default. So the numbers of passes agree."""
+    """With any stack, a ray visits the same nodes and tests the same triangles in the era form as
+    in today's form. So the numbers of passes agree."""
     rays = scenes["shirley6"].camera.rays((SIDE, SIDE))
     with rt.Tracer(scenes["shirley6"], "kd-short-stack", intersection="moller-trumbore",
                    schedule="kernels", **more) as tracer:
@@ -78,7 +79,7 @@ def test_a_short_stack_may_be_shorter(scenes, more):
 @pytest.mark.parametrize("name", NAMES)
 def test_passes_can_be_watched(scenes, name):
     """`travel` shows all rays after each pass. After the last pass, no ray is live, and the hits
-    are those that `trace` returns."""
+    equal the hits of `trace`."""
     rays = scenes["cornell"].camera.rays((16, 16))
     seen = []
     with rt.Tracer(scenes["cornell"], name, era="nv40") as tracer:

@@ -26,6 +26,7 @@ from gpgpu_rt.traversal.era_packets import LOOP, packet_kernels, packet_loop
 SIDE = 64
 PACKET = find_method("kd-packet")
 KERNELS = ("begin", "traverse", "push", "intersect", "leave", "pop")
+# The variants of Horn et al. 2007: restart, push-down, short stack with push-down, short stack.
 HORN = [{"push_down": down, "stack_size": size} for down, size in (
     (False, 0), (True, 0), (True, 3), (False, 3))]
 

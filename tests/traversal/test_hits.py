@@ -163,7 +163,7 @@ def test_real_scene_matches_oracle(name: str) -> None:
 @pytest.mark.once
 @pytest.mark.parametrize("rays", ["eye", "random", "surface"])
 @pytest.mark.parametrize("name", FOLEY)
-def test_real_scene_bars(precise_renderer, name: str, rays: str) -> None:
+def test_real_scenes_match_brute_force_and_oracle(precise_renderer, name: str, rays: str) -> None:
     """All methods and schedules, and all builds but `goldsmith-salmon`, agree with brute force and
     the oracle on up to 65,536 rays.
 

@@ -65,8 +65,8 @@ def test_triangles_without_area_are_never_hit(intersection: str) -> None:
 @pytest.mark.parametrize("direction", [(0, 0, 1), (0, -0.0, -1), (0.5, 0.25, 1), (-0.25, 0.5, -2)],
                          ids=str)
 @pytest.mark.parametrize("intersection", TESTS)
-def test_a_triangles_border_is_its_own(intersection: str, direction: tuple[float, float, float],
-                                       axes: tuple[int, int, int]) -> None:
+def test_a_triangle_includes_its_border(intersection: str, direction: tuple[float, float, float],
+                                        axes: tuple[int, int, int]) -> None:
     """A triangle without neighbours is hit on its border and missed just beyond.
 
     All numbers are exact. Where a ray meets a corner, the corner's offset from the ray is +0 or

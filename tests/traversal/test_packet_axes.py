@@ -27,8 +27,8 @@ def fanned(seed: int, one_origin: bool) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("one_origin", [True, False], ids=["one-origin", "many-origins"])
 @pytest.mark.parametrize("options", [{"packet": (4, 2)}, {
     "packet": (4, 4), "octants": True, "interval_test": True}], ids=["stack", "octants"])
-def test_as_alone(precise_renderer, options: dict, one_origin: bool, precision: str,
-                  seed: int) -> None:
+def test_loop_equals_step(precise_renderer, options: dict, one_origin: bool, precision: str,
+                          seed: int) -> None:
     """The schedules ``step`` and ``loop`` give the same hits. Under ``step`` each ray fetches the
     corners that it tests; under ``loop`` corners are fetched once for all rays of a packet."""
     scene = soup_scene(300, seed)
@@ -48,7 +48,8 @@ def test_as_alone(precise_renderer, options: dict, one_origin: bool, precision: 
 @pytest.mark.parametrize("seed", [2], ids="seed{}".format)
 @pytest.mark.parametrize("one_origin", [True, False], ids=["one-origin", "many-origins"])
 @pytest.mark.parametrize("method", [row.name for row in rt.methods() if row.packet and row.single])
-def test_as_single_rays(precise_renderer, method: str, one_origin: bool, seed: int) -> None:
+def test_packets_equal_single_rays(precise_renderer, method: str, one_origin: bool,
+                                   seed: int) -> None:
     """Packets find the hits of the single-ray method over the same structure."""
     scene, rays = soup_scene(300, seed), fanned(seed, one_origin)
     found = []

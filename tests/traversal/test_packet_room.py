@@ -31,7 +31,7 @@ def test_arrays_and_passes_get_the_same_hits(precise_renderer, method: str,
 
 
 @pytest.mark.parametrize("packet", PACKETS, ids="{0[0]}x{0[1]}".format)
-def test_each_ray_left_behind_is_counted(precise_renderer, packet: tuple[int, int]) -> None:
+def test_each_stopped_ray_is_counted(precise_renderer, packet: tuple[int, int]) -> None:
     """A ray that reaches the step cap is counted as stopped, wherever it lies in its packet. All
     rays aim at the middle of the scene, and all but one have an empty interval."""
     scene = soup_scene(500, 6)

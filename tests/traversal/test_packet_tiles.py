@@ -78,8 +78,8 @@ def test_bounds_of_tiles(monkeypatch: pytest.MonkeyPatch, broken: float, at_once
 @pytest.mark.parametrize("packet", PACKETS, ids="{0[0]}x{0[1]}".format)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("size", [(16, 16), (13, 7), (70, 75)], ids="{0[0]}x{0[1]}".format)
-def test_no_hit_is_left_out(precise_renderer, method: str, packet: tuple[int, int],
-                            size: tuple[int, int]) -> None:
+def test_no_hit_is_lost(precise_renderer, method: str, packet: tuple[int, int],
+                        size: tuple[int, int]) -> None:
     scene, origins, directions = seen(size, 5)
     rng = np.random.default_rng(6)
     t_max = np.where(rng.random(origins.shape[:2]) < 0.1, -1.0, np.inf)
@@ -103,9 +103,9 @@ def test_no_hit_is_left_out(precise_renderer, method: str, packet: tuple[int, in
 @pytest.mark.parametrize("part", [0.0, 0.5, 1.0], ids="live-{}".format)
 def test_each_packet_is_drawn_once(part: float, size: tuple[int, int], packet: tuple[int, int],
                                    tile: int | None) -> None:
-    """Packets are drawn as points, which cover each packet once. If the occlusion query counted
-    fewer packets than were drawn, all packets would be drawn again. If every tile has live rays,
-    one draw covers the image."""
+    """A square of packets is drawn as a point, and the points cover each packet once. If the
+    occlusion query counted fewer packets than were drawn, all packets would be drawn again. If
+    every tile has live rays, one draw covers the image."""
     scene, origins, directions = seen(size, 4)
     directions = directions * np.float32([0.02, 0.02, 1])  # aim at the middle of the triangles
     t_max = np.where(np.arange(size[0]) < part * size[0], np.inf, -1.0)
@@ -122,7 +122,7 @@ def test_each_packet_is_drawn_once(part: float, size: tuple[int, int], packet: t
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 @pytest.mark.parametrize("octants", [False, True], ids=["stack", "octants"])
 @pytest.mark.parametrize("tile", ENTRIES[1:])
-def test_no_aimed_ray_is_left_out(precise_renderer, tile: int, octants: bool, seed: int) -> None:
+def test_no_aimed_ray_is_lost(precise_renderer, tile: int, octants: bool, seed: int) -> None:
     """No ray is lost, even if all rays of a tile aim at one vertex or one point of an edge. The
     beam around the rays is then as narrow as a ray, and bounding boxes end at this point."""
     scene = soup_scene(300, seed, size=0.05)

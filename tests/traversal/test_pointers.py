@@ -1,4 +1,4 @@
-"""Pointers in the era form with fp24: a column and a row (glsl/core/pointer.glsl)."""
+"""In the era form with fp24, a pointer is a texel's column and row (glsl/core/pointer.glsl)."""
 from __future__ import annotations
 
 import numpy as np
@@ -33,7 +33,7 @@ def test_a_pointer_to_no_element_stays_a_number_below_0() -> None:
     np.testing.assert_array_equal(texel_indices(texels_of(codes)), codes)
 
 
-def test_fields_take_the_first_texel_with_room() -> None:
+def test_fields_fill_the_first_texel_with_free_channels() -> None:
     assert TEXELS.layout == "lo:vec3 count:int | escape:texel first:texel | hi:vec3"
     escape, first = np.array([-1, 4095, 4096]), np.array([70_000, 0, -1])
     packed = TEXELS.pack(lo=np.zeros((3, 3)), hi=np.ones((3, 3)), escape=escape, first=first)
@@ -44,7 +44,7 @@ def test_fields_take_the_first_texel_with_room() -> None:
 
 
 def test_a_marked_list_ends_at_its_mark() -> None:
-    """Of the nodes, 0 is inner, 1 is a leaf of two references, 2 is empty, 3 has one reference."""
+    """Node 0 is inner. Nodes 1, 2 and 3 are leaves with 2, 0 and 1 references."""
     node = Record("node", "left:pointer count:int")
     fields = {"left": np.array([1, 0, 2, 2]), "count": np.array([3, 2, 0, 1])}
     leaf, references = np.array([False, True, True, True]), np.array([7, 5, 9])

@@ -56,7 +56,7 @@ def test_stopped_rays_are_found(precise_renderer, method: str, cap: int) -> None
         assert not nothing.status.any() and not nothing.hit.any()
 
 
-def test_a_limit_on_iterations_that_is_met_is_remembered(precise_renderer, monkeypatch) -> None:
+def test_a_limit_on_iterations_is_remembered_once_exceeded(precise_renderer, monkeypatch) -> None:
     """Once rays exceed the limit on iterations, later calls store states from the first pass
     on."""
     monkeypatch.setattr("gpgpu_rt.traversal.schedules.LOOP_STEPS", 7)

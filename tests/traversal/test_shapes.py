@@ -39,7 +39,7 @@ def test_the_reference_keeps_the_shape(accelerated: bool) -> None:
 
 
 @pytest.mark.parametrize("name", ["T", "shape", "image", "nodes_visited", 5])
-def test_what_is_no_array_is_refused(name: object) -> None:
+def test_a_name_of_no_array_is_refused(name: object) -> None:
     with rt.Tracer("cornell") as tracer:
         hits = tracer.trace(np.zeros((2, 3)), np.ones((2, 3)))
         everything = tracer.trace_all(np.zeros((2, 3)), np.ones((2, 3)))
@@ -49,7 +49,7 @@ def test_what_is_no_array_is_refused(name: object) -> None:
 
 
 @pytest.mark.parametrize("shape", [(0, 5), (0,)])
-def test_no_rays_have_a_shape_too(shape: tuple[int, ...]) -> None:
+def test_an_empty_batch_keeps_its_shape(shape: tuple[int, ...]) -> None:
     rays = np.zeros((*shape, 3)), np.ones((*shape, 3))
     with rt.Tracer("cornell") as tracer:
         assert tracer.trace(*rays).image("t").shape == shape

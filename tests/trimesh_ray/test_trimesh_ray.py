@@ -185,8 +185,7 @@ def test_a_sheet_seen_from_afar_has_two_sides(name: str) -> None:
 
 @pytest.mark.parametrize("seed", [4, 5], ids="seed{}".format)
 def test_a_place_is_named_once_however_many_triangles_meet_there(seed: int) -> None:
-    """A location is reported once, however many triangles meet there. Rays from inside a ball aim
-    at vertices, at midpoints of edges and at points in faces."""
+    """Rays from inside a ball aim at vertices, at midpoints of edges and at points in faces."""
     mesh = trimesh.creation.icosphere(subdivisions=2)
     rng = np.random.default_rng(seed)
     weights = np.concatenate([np.eye(3), (1 - np.eye(3)) / 2, rng.dirichlet((1, 1, 1), 3)])
@@ -269,7 +268,7 @@ def test_copies_and_pickles() -> None:
         RayMeshIntersector(mesh, "grid", nonsense=1).intersects_any(*rays)
 
 
-def test_rays_that_are_none_and_those_that_do_not_fit(exact) -> None:
+def test_empty_invalid_and_mismatched_arrays(exact) -> None:
     """Queries accept empty arrays and invalid rays, and refuse arrays of different lengths."""
     mesh = closed("box")
     ray = exact(mesh)
@@ -297,7 +296,7 @@ def test_arrays_of_other_shapes_are_refused(rays) -> None:
                 ray.intersects_location, ray.intersects_id) else ask([], [])) == 0
 
 
-def test_a_ray_that_is_stopped_is_no_miss() -> None:
+def test_a_stopped_ray_is_not_a_miss() -> None:
     """If a step cap stops a ray, a query raises an error and does not report a miss."""
     ray = RayMeshIntersector(closed("ball"), "kd-restart", step_cap=2)
     rays = random_rays(ray.mesh, 30, 6)
@@ -318,7 +317,7 @@ def test_mistakes_show_at_once(method: str, options: dict) -> None:
     (Path("box.stl"), r"give it trimesh.load_mesh\('box.stl'\)"),
     (trimesh.Scene(), r"not a Scene; give it scene.to_mesh\(\)"),
     (None, r"not a NoneType; give it trimesh.Trimesh\(vertices, faces\)")])
-def test_what_is_no_mesh_is_refused_at_once(given: object, advice: str) -> None:
+def test_an_argument_that_is_no_mesh_is_refused_at_once(given: object, advice: str) -> None:
     with pytest.raises(ValueError, match=advice):
         RayMeshIntersector(given)
 

@@ -21,10 +21,10 @@ PLUGIN = "ours_in_trimesh"
 
 
 def published() -> list[Path]:
-    """Returns trimesh's test files. Skips the test if TRIMESH_TESTS names no folder."""
+    """Returns trimesh's test files. Skips the test if TRIMESH_TESTS is not set."""
     folder = os.environ.get(VARIABLE)
     if not folder:
-        pytest.skip(f"{VARIABLE} names no folder with trimesh's test_ray.py")
+        pytest.skip(f"set {VARIABLE} to the folder with trimesh's test_ray.py")
     files = [path for path in (Path(folder).resolve() / name for name in FILES) if path.exists()]
     assert files, f"{VARIABLE}={folder} holds no test_ray.py"
     return files

@@ -147,13 +147,13 @@ def test_the_command_is_copied(desk, monkeypatch) -> None:
     assert held == [one.viewer.command] and "Copied" in one.widgets
     one.viewer.choose(one.viewer.selection.with_method("grid"))
     one.settle()
-    assert "Copy" in one.widgets, "the button says that a new command was copied"
+    assert "Copy" in one.widgets, "the button says Copied, but the command is new"
 
 
 @pytest.mark.parametrize("size", [(1280, 800), SIZE])
 def test_the_picture_fills_the_free_part(desk, size: tuple[int, int]) -> None:
-    """The picture has the size of the part that no panel covers. It shows all that a square
-    picture of the scene's own camera shows, even after a panel or the window is resized."""
+    """The picture fills the part of the window that no panel covers. The picture shows all that a
+    square picture of the scene's own camera shows, even after a panel or the window is resized."""
     one = desk("kd-restart", size)
 
     def framed(width: int, height: int) -> None:

@@ -26,8 +26,8 @@ def user_method(tmp_path: Path) -> Iterator[str]:
     del _TABLE["users-own"]
 
 
-def test_errors_are_said_and_the_picture_stays(viewer: Viewer, user_method: str,
-                                               tmp_path: Path) -> None:
+def test_errors_are_shown_and_the_picture_stays(viewer: Viewer, user_method: str,
+                                                tmp_path: Path) -> None:
     settle(viewer)
     before, image = viewer.selection, viewer.image
     torn = tmp_path / "torn.obj"
@@ -56,8 +56,8 @@ def test_errors_are_said_and_the_picture_stays(viewer: Viewer, user_method: str,
     assert viewer.gpu.context.error == "GL_NO_ERROR"
 
 
-def test_an_error_while_drawing_is_not_tried_again_and_again(viewer: Viewer,
-                                                             monkeypatch) -> None:
+def test_after_an_error_the_viewer_does_not_draw_again(viewer: Viewer,
+                                                       monkeypatch) -> None:
     """After an error, the viewer shows the error's message and does not draw again by itself."""
     calls = []
 
@@ -72,8 +72,8 @@ def test_an_error_while_drawing_is_not_tried_again_and_again(viewer: Viewer,
     assert len(calls) == 1 and viewer.message == "RuntimeError: lost the device"
 
 
-def test_a_row_alone_makes_a_method_appear(viewer: Viewer) -> None:
-    """After a method is registered, the viewer can choose and draw it. Nothing else is needed."""
+def test_a_registered_method_can_be_chosen(viewer: Viewer) -> None:
+    """The viewer can choose and draw a method that is only registered."""
     settle(viewer)
     register(replace(find_method("grid"), name="users-grid"))
     try:

@@ -55,8 +55,8 @@ def test_options_are_carried_over_where_the_other_method_has_them() -> None:
     full("grid", {"resolution": (3, 4, 5), "intersection": "plucker"}, "whitted", {"bounces": 1}),
     full("bvh-packet", {"packet": (4, 2)}, "path", {"samples": 2}),
 ])
-def test_the_line_draws_the_same_pixels(soup: str, clock: Clock, tmp_path: Path, method: str,
-                                        options: dict, integrator: str, light: dict) -> None:
+def test_the_command_draws_the_same_pixels(soup: str, clock: Clock, tmp_path: Path, method: str,
+                                           options: dict, integrator: str, light: dict) -> None:
     viewer = Viewer(Selection(soup, method, options, integrator, light), VIEW, clock=clock)
     viewer.camera = moves.fly(moves.orbit(viewer.camera, 0.37, -0.21), 0.01, -0.02, 0.1)
     settle(viewer)
@@ -79,7 +79,7 @@ def test_a_camera_survives_the_command_line_to_the_bit() -> None:
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 3e4])
-def test_the_line_has_the_fewest_digits_with_the_same_rays(viewer: Viewer, scale: float) -> None:
+def test_the_command_has_the_fewest_digits_for_its_rays(viewer: Viewer, scale: float) -> None:
     """The drawn camera has short numbers. Its rays differ from the exact camera's rays by less
     than PIXEL_SHARE of a pixel. With one decimal less in the target, the difference would be more
     than half of PIXEL_SHARE."""
@@ -111,7 +111,7 @@ def test_the_line_has_the_fewest_digits_with_the_same_rays(viewer: Viewer, scale
         assert most(coarser) > PIXEL_SHARE / 2
 
 
-def test_the_line_leaves_out_the_scene_s_own_camera(viewer: Viewer) -> None:
+def test_the_command_leaves_out_the_scene_s_own_camera(viewer: Viewer) -> None:
     settle(viewer)
     own = viewer.scene.camera
     assert viewer.view == own and "--eye" not in viewer.command and "--fov" not in viewer.command
@@ -158,8 +158,8 @@ def test_the_pace_keeps_to_its_limits(clock: Clock, pixel_seconds: float) -> Non
     assert (shown == 1) == (0.002 + pixel_seconds * pixels <= PATIENCE)
 
 
-def test_what_takes_too_long_waits_to_be_asked_for(viewer: Viewer, clock: Clock,
-                                                   monkeypatch) -> None:
+def test_a_slow_picture_is_drawn_only_on_request(viewer: Viewer, clock: Clock,
+                                                 monkeypatch) -> None:
     """A full picture that would take longer than PATIENCE is drawn only after `insist`."""
     draw = viewer.tracer.render
 

@@ -28,7 +28,7 @@ from gpgpu_rt.viewer.tracers import KEPT
 # Modes ------------------------------------------------------------------------------------------
 
 
-def test_the_picture_s_tracer_outlives_those_of_other_modes(viewer: Viewer) -> None:
+def test_the_tracer_of_the_picture_is_kept_in_other_modes(viewer: Viewer) -> None:
     settle(viewer)
     image = viewer.image
     viewer.look_at("heat")
@@ -43,7 +43,7 @@ def test_the_picture_s_tracer_outlives_those_of_other_modes(viewer: Viewer) -> N
     assert len(viewer.tracers._tracers) == KEPT
 
 
-def test_graphs_show_what_heat_maps_cost(viewer: Viewer) -> None:
+def test_graphs_show_the_cost_of_heat_maps(viewer: Viewer) -> None:
     """In heat mode, the graphs count the passes and rays of both heat maps. A heat map takes
     several passes here, whereas the ordinary picture's schedule takes one pass."""
     viewer.look_at("heat")
@@ -55,7 +55,7 @@ def test_graphs_show_what_heat_maps_cost(viewer: Viewer) -> None:
     assert len(viewer.last.live) > 2
 
 
-def test_what_making_a_tracer_takes_holds_no_heat_map_back(viewer: Viewer, monkeypatch) -> None:
+def test_the_time_to_make_a_tracer_delays_no_heat_map(viewer: Viewer, monkeypatch) -> None:
     """The time to make a tracer does not count when the viewer decides how fine a map is drawn."""
     make, count = viewer.tracers.get, heat_view.heat
 
@@ -95,7 +95,7 @@ def test_heat_of_two_methods_has_one_scale(viewer: Viewer) -> None:
 
 
 @pytest.mark.parametrize("what", KINDS)
-def test_a_scale_says_where_rays_lie_beyond(monkeypatch, what: str) -> None:
+def test_a_scale_says_whether_rays_lie_beyond(monkeypatch, what: str) -> None:
     """The panel, a saved map and the `heat` command draw the same scale. The scale says whether
     any ray costs more than the value at the scale's end."""
     bars, draw = [], colours.colour_bar
@@ -166,9 +166,9 @@ def test_scrubbing_shows_each_pass(viewer: Viewer) -> None:
 
 
 @pytest.mark.parametrize("method, why", [("kd-stack", "one pass"), ("ray-tiles", "no state")])
-def test_no_passes_is_said_and_shows_none(viewer: Viewer, method: str, why: str) -> None:
-    """If the viewer cannot show the passes of a method, it says why, and shows no passes of the
-    previous method."""
+def test_a_method_without_passes_gives_a_reason(viewer: Viewer, method: str, why: str) -> None:
+    """If the viewer cannot show the passes of a method, it gives the reason, and shows no passes
+    of the previous method."""
     viewer.look_at("passes")
     settle(viewer)
     assert len(np.unique(viewer.image)) > 1
@@ -264,9 +264,8 @@ def test_a_click_is_followed_and_survives_a_move(viewer: Viewer) -> None:
     assert viewer.path is None
 
 
-def test_what_stands_for_none_is_a_dash(soup: str) -> None:
-    """A field without a value shows a dash. Examples are the hit of a ray that misses, and the
-    postponed node in a packet's state."""
+def test_a_field_without_a_value_shows_a_dash(soup: str) -> None:
+    """Such fields are the hit of a ray that misses, and the postponed node in a packet's state."""
     scene = rt.load_scene(soup)
     away = replace(scene.camera, target=tuple(2 * np.array(scene.camera.eye)
                                               - scene.camera.target))
@@ -315,7 +314,7 @@ def test_a_picture_is_saved_with_its_settings(viewer: Viewer, tmp_path: Path) ->
 
 @pytest.mark.parametrize("what, other, layout", [
     ("triangles", "brute-force", "side by side"), full("passes", "grid", "wipe")])
-def test_a_heat_map_is_saved_whole_with_what_it_follows_from(
+def test_a_heat_map_is_saved_whole_with_its_settings(
         viewer: Viewer, tmp_path: Path, capsys, what: str, other: str, layout: str) -> None:
     viewer.camera = moves.orbit(viewer.camera, 0.3, 0.1)
     viewer.look_at("heat")
@@ -340,7 +339,7 @@ def test_a_heat_map_is_saved_whole_with_what_it_follows_from(
         assert row["map"] == one.title and one.summary().items() <= row.items()
 
 
-def test_passes_are_saved_with_what_they_follow_from(viewer: Viewer, tmp_path: Path) -> None:
+def test_passes_are_saved_with_their_settings(viewer: Viewer, tmp_path: Path) -> None:
     viewer.camera = moves.orbit(viewer.camera, 0.3, 0.1)
     viewer.look_at("passes")
     viewer.step()  # the camera still moves: a coarse picture

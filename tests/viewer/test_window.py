@@ -1,5 +1,5 @@
-"""The viewer's window works for a person: the tests run it under Xvfb, press keys and move the
-mouse with xdotool, and take screenshots.
+"""The viewer's window works for a person: the tests run the viewer under Xvfb, press keys and move
+the mouse with xdotool, and take screenshots.
 
 The tests belong to the full suite, because the window, its context and its programs take seconds
 to start on a software renderer.
@@ -33,8 +33,8 @@ MISSING = [
 pytestmark = [pytest.mark.full, pytest.mark.once, pytest.mark.skipif(
     bool(MISSING), reason=f"the window is not tested: no {', '.join(MISSING)}")]
 SIZE = (640, 480)
-# Points in the left panel: the list of methods, and the heading of the graphs (COSTS). If the
-# graphs are folded, LAST is the last heading, and FILE is the text field under it.
+# Points in the left panel. METHODS lies in the list of methods, and COSTS in the heading of the
+# graphs. If the graphs are folded, LAST lies in the last heading, and FILE in its text field.
 METHODS, COSTS, LAST, FILE = (150, 44), (150, 198), (150, 302), (200, 328)
 PATIENCE = 240.0  # seconds; long enough for a busy machine
 CLIENT = Path(__file__).with_name("x_client.py")
@@ -171,11 +171,11 @@ def person(display: str, tmp_path: Path) -> Iterator:
         one.leave()
 
 
-def test_looking_around_and_the_line_that_shows_the_same(person, tmp_path: Path) -> None:
+def test_looking_around_and_the_command_for_the_same_picture(person, tmp_path: Path) -> None:
     one = person("teapot", "-m", "kd-restart")
     helped = one.settled()
     one.key("h")
-    assert (one.settled() != helped).any(), "no help was on the screen, or it does not go away"
+    assert (one.settled() != helped).any(), "h does not hide the help"
     one.key("Tab")
     first = one.settled()
     one.drag((400, 200), (144, 36))
@@ -252,7 +252,7 @@ def test_keys_typed_into_a_busy_window_are_no_shortcuts(person, tmp_path: Path) 
     assert found["settings"]["mode"] == "picture" and not list(tmp_path.glob("*.png"))
 
 
-def test_keys_are_a_list_s_while_it_is_open(person) -> None:
+def test_keys_are_no_shortcuts_while_a_list_is_open(person) -> None:
     """While a list is open, keys are not shortcuts, and Escape closes the list."""
     one = person("cornell")
     one.key("h")
@@ -282,7 +282,7 @@ def test_a_broken_file_dropped_is_an_error_on_the_screen(person, tmp_path: Path,
     said = one.settled()
     assert (said[:40, 320:] != before[:40, 320:]).any(), "no error is shown"
     one.drag((450, 250), (60, 24))
-    assert (one.settled()[60:400, 300:] != before[60:400, 300:]).any(), "it no longer draws"
+    assert (one.settled()[60:400, 300:] != before[60:400, 300:]).any(), "the picture is frozen"
     found = one.quit()
     assert file.partition(".")[0] in found["message"]
     assert found["settings"]["scene"] == "cornell"
@@ -313,7 +313,7 @@ def test_a_mesh_is_dropped_and_a_path_typed(person, tmp_path: Path) -> None:
     assert found["settings"]["scene"] == "cornell" and not found["message"]
 
 
-def test_resizing_hiding_and_a_broken_shader_do_not_end_it(person, tmp_path: Path) -> None:
+def test_resizing_hiding_and_a_broken_shader_do_not_end_the_viewer(person, tmp_path: Path) -> None:
     glsl = tmp_path / "broken.glsl"
     glsl.write_text("// Nobody 2026\nthis is no GLSL\n")
     one = person("cornell", "-m", "brute-force", code=BROKEN, before=(str(glsl),))

@@ -23,8 +23,8 @@ def browser() -> Iterator[Browser]:
     "", "method=bvh-packet&rays=512&ray=1,0", "method=kd-stack&schedule=loop&ray=0.45,0.55"])
 def test_a_ring_marks_the_followed_pixel(exact_renderer, browser: Browser, tmp_path: Path,
                                          choices: str) -> None:
-    """The ring is white between two dark rings. It surrounds the pixel and leaves its colour,
-    and a click goes through the ring."""
+    """The ring is white between two dark rings. The ring does not cover the pixel, and a click on
+    the ring follows a ray."""
     opened(browser, tmp_path, written(METHODS), choices)
     left, top, width, _ = browser.box("#picture")
     ray, side = browser.run("[chosen.ray, result.side]")

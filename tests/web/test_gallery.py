@@ -1,5 +1,5 @@
-"""Tests the gallery. It has a page for each method that runs in a browser, and an index that links
-to all pages. Some figures of ``make figures`` have a page too (a "twin")."""
+"""Tests the gallery: a page for each method that runs in a browser, and an index that links to all
+pages. Some figures of ``make figures`` have a page too (a "twin")."""
 from __future__ import annotations
 
 import re
@@ -60,7 +60,7 @@ def test_the_index_links_to_every_page(small, tmp_path: Path) -> None:
     for name, title, told in (("kd-restart.html", "kd-restart on ", ""),
                               ("fig11.html", "Figure 11: cornell by kd-restart", SMALL.shows)):
         page = (tmp_path / "out" / name).read_text()
-        assert re.findall('href="([^"]*)"', page) == ["index.html"]     # the way back
+        assert re.findall('href="([^"]*)"', page) == ["index.html"]
         heading = re.search("<h1>(.*?)</h1>\n(.*)", page)
         assert heading[1].startswith(title) and f"<title>{heading[1]}</title>" in page
         assert heading[2] == (f'<p id="caption">{told}</p>' if told else "")

@@ -54,7 +54,7 @@ def test_records_are_divided_by_their_class() -> None:
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
-def test_every_bit_comes_back(tmp_path: Path) -> None:
+def test_every_bit_is_recovered(tmp_path: Path) -> None:
     assert CHROMIUM is not None
     tables = {name: np.asarray(table, np.float32) for name, table in TABLES.items()}
     told = json.dumps({name: packed_table(table) for name, table in tables.items()})

@@ -144,7 +144,7 @@ def test_heat_keeps_one_scale(page: Browser) -> None:
     legend = page.pixels("#ramp")[6]
     place = (np.arange(len(legend)) + 0.5) / len(legend)
     apart = np.abs(legend - ramp(place).astype(int))[2:-2]
-    assert apart.max() < 10, apart     # the colours are those of `gpgpu-rt heat`
+    assert apart.max() < 10, apart     # the colours of `gpgpu-rt heat`
     assert page.run("element('ticks').lastChild.textContent") == f"{scale:.0f} steps or more"
     page.select("#method", "bvh-threaded")
     page.select("#schedule", "step")
@@ -225,8 +225,8 @@ def test_a_page_that_is_opened_again_keeps_its_step(page: Browser, tmp_path: Pat
 
 
 def test_a_wrong_address_is_named(page: Browser) -> None:
-    """The page names each part of the address that it cannot follow, as text without markup. For
-    a method, it also names the page's methods, and for a schedule, the method's schedules."""
+    """The page names each wrong part of the address, as text without markup. For a wrong method,
+    the page also lists its methods, and for a wrong schedule, the method's schedules."""
     shown = "element('unread').textContent"
     assert page.run(shown) == ""
     methods = f" (the page runs only {', '.join(METHODS)})"
@@ -276,7 +276,7 @@ def test_a_heat_without_end_is_not_followed(page: Browser) -> None:
 
 
 def test_a_pause_shows_the_step_of_the_slider(page: Browser) -> None:
-    """Here the player shows every fifth step. The pause comes while the page counts the live
+    """Here the player shows every fifth step, and is paused while the page counts the live
     rays."""
     page.wait("element('selftest').dataset.state === 'done'")
     page.run("""{

@@ -30,7 +30,7 @@ def browser(exact_renderer) -> Iterator[Browser]:
 @pytest.mark.parametrize("scene, name", [
     ("cornell", "brute-force"), ("cornell", "kd-restart"), ("cornell", "kd-stack"),
     ("cornell", "bvh-packet"), ("stadium", "grid")])
-def test_the_step_is_in_mid_search(scene: str, name: str) -> None:
+def test_the_opening_step_is_in_mid_search(scene: str, name: str) -> None:
     """At the opening step, at least half of the hits are found, and the search goes on. If all
     rays end together, the page opens with the finished picture. No ray takes more steps than the
     opening ray. If several rays take the most steps, and one of them hits, the opening ray
@@ -44,7 +44,7 @@ def test_the_step_is_in_mid_search(scene: str, name: str) -> None:
     assert hits.hit[ray] == hits.hit[hits.steps == hits.steps.max()].any()
     if name == "brute-force":
         assert costs["step"] is None
-    elif name != "bvh-packet":      # for packets, the slider counts other steps
+    elif name != "bvh-packet":      # for packets, the slider also counts pushes and pops
         assert 1 <= costs["step"] < costs["steps"][1]
         assert 0.5 <= np.mean(hits.steps[hits.hit] <= costs["step"]) < 1
 
@@ -89,9 +89,8 @@ OPENED = ("brute-force", "kd-restart", "grid", "bvh-threaded", "bvh-packet", "kd
 @in_browser
 def test_the_opening_ray_has_the_most_steps_of_the_table(browser: Browser,
                                                          tmp_path: Path) -> None:
-    """Without `rays` in the address, the page traces 64 x 64 rays. Its opening ray is one of the
-    rays of the page's test. With another number of rays or another camera, the page opens without
-    a ray."""
+    """Without `rays` in the address, the page traces 64 x 64 rays. The opening ray is a ray of the
+    page's test. With another number of rays or another camera, the page opens without a ray."""
     scene, text = rt.load_scene("cornell"), written(OPENED)
     opened(browser, tmp_path, text)
     assert browser.run("chosen.method.name") == "kd-restart"    # brute-force shows no search

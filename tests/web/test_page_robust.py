@@ -59,7 +59,7 @@ def test_a_context_lost_during_a_trace_is_restored(browser: Browser, tmp_path: P
     assert np.array_equal(before, browser.pixels("#picture"))
 
 
-def test_tables_wider_than_the_card_holds_are_refused(browser: Browser, tmp_path: Path) -> None:
+def test_tables_too_wide_for_the_card_are_refused(browser: Browser, tmp_path: Path) -> None:
     browser.send("Page.addScriptToEvaluateOnNewDocument", source="""
         const asked = WebGL2RenderingContext.prototype.getParameter;
         WebGL2RenderingContext.prototype.getParameter = function (name) {

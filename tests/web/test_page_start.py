@@ -129,7 +129,7 @@ def test_a_method_without_schedules_is_not_tested(browser: Browser, tmp_path: Pa
     assert not browser.errors
 
 
-def test_a_picture_that_is_too_large_leaves_the_verdict(browser: Browser, tmp_path: Path) -> None:
+def test_a_picture_that_is_too_large_keeps_the_verdict(browser: Browser, tmp_path: Path) -> None:
     """A picture that is too large gives a message, and the result of the page's test stays."""
     opened(browser, tmp_path, written(("kd-restart",)), STEP)
     browser.wait(TESTED)

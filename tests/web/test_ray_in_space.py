@@ -31,8 +31,8 @@ def page(tmp_path_factory) -> Iterator[Browser]:
 
 
 def path(page: Browser, method: str) -> tuple[list[dict], np.ndarray, np.ndarray, np.ndarray]:
-    """Shows the whole path of the ray by a method. Returns its states, origin, direction and
-    hit."""
+    """Shows the whole path of the ray by a method. Returns the path's states, and the ray's
+    origin, direction and hit."""
     page.select("#method", method)
     page.select("#schedule", "step")
     page.run("goTo(null), 0")
@@ -114,7 +114,7 @@ def test_split_planes_give_the_boxes_of_the_tree(exact_renderer, page: Browser) 
         assert np.allclose(one["box"], [bounds["lo"][node], bounds["hi"][node]], atol=0.01)
 
 
-def test_a_box_is_cut_for_nodes_alone(exact_renderer, page: Browser) -> None:
+def test_only_nodes_get_boxes(exact_renderer, page: Browser) -> None:
     """`splitBoxes` gives a box for a node's number, and nothing for any other number."""
     path(page, "kd-restart")
     lo, hi, *none = page.run("""(async () => {
@@ -127,7 +127,7 @@ def test_a_box_is_cut_for_nodes_alone(exact_renderer, page: Browser) -> None:
     assert [lo, hi] == bounds and none == [None] * 4 + [True]
 
 
-def test_a_path_is_not_traced_longer_than_it_is_kept(exact_renderer, page: Browser) -> None:
+def test_a_path_is_traced_only_for_the_states_that_are_kept(exact_renderer, page: Browser) -> None:
     """The page stops tracing a path at the largest number of states that it keeps
     (MOST_STATES)."""
     path(page, "kd-restart")

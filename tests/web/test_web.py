@@ -186,8 +186,8 @@ def test_a_scene_with_too_many_steps_leaves_a_method_out(tmp_path: Path, capsys,
 @pytest.mark.parametrize("output", ["a.html", "folder"])
 def test_the_command_says_which_methods_have_no_steps(tmp_path: Path, capsys, monkeypatch,
                                                       output: str) -> None:
-    """A page shows neither steps nor a path if it has only the schedule loop of a method. Other
-    schedules may be missing in the method, or draw too many passes."""
+    """A page shows neither steps nor a path of a method if the page has only the method's schedule
+    loop. The method may lack other schedules, or other schedules may draw too many passes."""
     monkeypatch.setattr(export, "MOST_TEST_PASSES", 60)
     monkeypatch.setattr(gallery, "TWINS", ())
     assert main(["web", "cornell", "-m", "kd-stack", "-m", "kd-restart", "-m", "grid", "-o",

@@ -45,7 +45,7 @@ def _wrong(cell: Cell) -> dict[str, Any]:
     raise rt.Error(f"nothing of {cell.method}")
 
 
-def test_each_cell_comes_once(workers: Workers) -> None:
+def test_each_cell_is_measured_once(workers: Workers) -> None:
     beside = aside.Aside(TREES, workers, _where)
     mine = [cell for cell in iter(beside.take, None)]
     found = [*beside.done(), *beside.done(wait=True)]
@@ -63,12 +63,12 @@ def test_a_killed_helper_loses_nothing(workers: Workers, tmp_path) -> None:
     assert len(before) == 2 and len(set(workers.processes()) - before) == 1
 
 
-def test_what_a_helper_raises_is_raised(workers: Workers) -> None:
+def test_an_error_of_a_helper_is_raised(workers: Workers) -> None:
     with pytest.raises(rt.Error, match="nothing of kd-restart"):
         list(aside.Aside(TREES, workers, _wrong).done(wait=True))
 
 
-def test_helpers_stand_still_while_one_is_alone(tmp_path) -> None:
+def test_helpers_stop_while_a_cell_is_timed(tmp_path) -> None:
     """Helpers stop while a cell is timed (`machine.alone`). They continue afterwards, even after
     an error."""
     with subprocess.Popen([sys.executable, "-uc", (
@@ -98,7 +98,7 @@ def test_helpers_stand_still_while_one_is_alone(tmp_path) -> None:
     assert [t for t in ticks if t > last]
 
 
-def test_what_a_helper_started_stands_still_too() -> None:
+def test_processes_of_a_helper_stop_too() -> None:
     """The processes that a helper started stop with the helper."""
     with subprocess.Popen([sys.executable, "-uc", (
             "import subprocess, sys\n"
@@ -123,7 +123,7 @@ def test_what_a_helper_started_stands_still_too() -> None:
         assert stand_still(0)
 
 
-def test_threads_of_a_process_hold_the_machine_in_turns() -> None:
+def test_threads_of_a_process_time_cells_one_by_one() -> None:
     """At any time, only one thread of a process times a cell. A Dask worker may have several
     threads, which would otherwise time several cells at once."""
     spans: list[tuple[float, float]] = []

@@ -69,9 +69,9 @@ def moving(path: Path, frames: int = 6) -> rt.Animation:
 
 
 @pytest.mark.parametrize("method", ["bvh-threaded", "kd-restart"])
-def test_frames_whatever_happens_to_a_worker(method: str, workers: Workers, tmp_path,
-                                             precise_renderer) -> None:
-    """Frames equal those of a single process, even if a worker is killed."""
+def test_frames_of_a_killed_worker_are_drawn_again(method: str, workers: Workers, tmp_path,
+                                                   precise_renderer) -> None:
+    """Frames equal the frames of a single process, even if a worker is killed."""
     animation = moving(tmp_path / "soup.npz")
     drawing = {"size": (16, 16), "integrator": "path", "samples": 2}
     killed: list[int] = []
@@ -104,8 +104,8 @@ def test_frames_follow_a_moving_camera(workers: Workers, tmp_path, precise_rende
     assert (followed[2] != still[2]).any()
 
 
-def test_a_tracer_that_moved_traces_no_scene_that_stands(workers: Workers, tmp_path) -> None:
-    """A worker's tracer whose triangles moved is not used for the scene at rest."""
+def test_a_tracer_with_moved_triangles_is_not_used_for_the_scene(workers: Workers,
+                                                                 tmp_path) -> None:
     animation = moving(tmp_path / "soup.npz", 3)
     list(workers.frames(animation, range(3), "kd-restart", drawing={"size": (8, 8)}))
     origins, directions = animation.scene.camera.rays((8, 8))
@@ -138,7 +138,7 @@ def test_motions_can_be_sent(name: str) -> None:
     digest(rt.load_animation(name).vertices)
 
 
-def test_a_motion_that_cannot_be_sent_is_a_line() -> None:
+def test_a_motion_that_cannot_be_sent_gives_one_line() -> None:
     with pytest.raises(rt.Error, match="top level of a module"):
         digest(lambda frame: frame)
 
@@ -156,8 +156,8 @@ def interrupted_after(parts: int, monkeypatch) -> None:
 
 @pytest.mark.parametrize("shared", [False, True], ids=["one process", "workers"])
 @pytest.mark.parametrize("output", ["film.gif", "out_%02d.png", "folder/"])
-def test_an_interrupted_run_goes_on(output: str, shared: bool, tmp_path, capsys, address: str,
-                                    precise_renderer) -> None:
+def test_an_interrupted_run_is_resumed(output: str, shared: bool, tmp_path, capsys, address: str,
+                                       precise_renderer) -> None:
     moving(tmp_path / "soup.npz")
     (tmp_path / "at once").mkdir()
     words = [str(tmp_path / "soup.npz"), "--frames", "6", "--size", "16x16"]
@@ -179,7 +179,7 @@ def test_an_interrupted_run_goes_on(output: str, shared: bool, tmp_path, capsys,
     assert all(a.read_bytes() == b.read_bytes() for a, b in zip(found, expected))
 
 
-def test_ctrl_c_is_a_line(tmp_path) -> None:
+def test_ctrl_c_gives_one_line(tmp_path) -> None:
     """Ctrl-C ends a run with a line that names `--resume`, and without a traceback. All processes
     of a terminal receive Ctrl-C at once, including workers."""
     running = subprocess.Popen(
@@ -201,7 +201,7 @@ def test_ctrl_c_is_a_line(tmp_path) -> None:
     assert (tmp_path / "frames.unfinished").is_dir()
 
 
-def test_a_lost_scheduler_is_a_line_and_the_last_one(tmp_path) -> None:
+def test_a_lost_scheduler_gives_two_lines(tmp_path) -> None:
     """The run ends with two lines, which say how to resume and that the scheduler ended. In the
     past, Dask logged a traceback after these lines."""
     file, output = tmp_path / "scheduler.json", tmp_path / "out"
@@ -277,8 +277,7 @@ def test_two_runs_do_not_write_one_output(resume: list, shared: bool, tmp_path, 
     assert sorted(p.name for p in tmp_path.iterdir()) == ["0.png", "1.png", "2.png"]
 
 
-def test_what_a_killed_run_held_is_free(tmp_path) -> None:
-    """After a run was killed, another run can lock the same output."""
+def test_another_run_can_lock_the_output_of_a_killed_run(tmp_path) -> None:
     folder = tmp_path / "a.png.unfinished"
     killed = subprocess.run([sys.executable, "-c", (
         "import os, sys\nfrom pathlib import Path\n"
@@ -294,7 +293,7 @@ def test_what_a_killed_run_held_is_free(tmp_path) -> None:
     FolderLock(folder, Path("a.png")).release()
 
 
-def test_a_claim_on_what_was_just_let_go_is_not_one(tmp_path, monkeypatch) -> None:
+def test_a_lock_on_a_deleted_file_does_not_count(tmp_path, monkeypatch) -> None:
     """A run that has locked a file checks that the file still exists in the folder.
 
     A run claims an output by a lock on a file. The previous owner may delete the file after the

@@ -1,5 +1,5 @@
 """A sweep measures cells with workers; a cell is one measurement of a figure. The results equal
-those of a single process, and a timed cell has its machine to itself."""
+the results of a single process, and a timed cell runs alone on its machine."""
 from __future__ import annotations
 
 import functools
@@ -45,7 +45,7 @@ def _killing(flag: Path, cell: Cell) -> dict[str, Any]:
     return measure.measured(cell)
 
 
-def test_a_sweep_is_that_of_one_process(workers: Workers, tmp_path, monkeypatch) -> None:
+def test_a_sweep_equals_one_process(workers: Workers, tmp_path, monkeypatch) -> None:
     """Workers measure the same cells as a single process, even if a worker is killed."""
     for cell in TREES:  # a single cell is measured without workers
         measure.measure([cell], tmp_path / "alone")
@@ -60,7 +60,7 @@ def test_a_sweep_is_that_of_one_process(workers: Workers, tmp_path, monkeypatch)
     measure.measure(TREES, tmp_path / "shared", workers=workers)
 
 
-def test_an_interrupted_sweep_keeps_what_came_in(workers: Workers, tmp_path, monkeypatch) -> None:
+def test_an_interrupted_sweep_keeps_its_results(workers: Workers, tmp_path, monkeypatch) -> None:
     whole, shared = measure._write, sweep.results
 
     def write(cell: Cell, result: dict, data: Path) -> None:
@@ -102,7 +102,7 @@ def _when(folder: Path, cell: Cell) -> dict[str, Any]:
     return {"settings": results.settings(cell), "when": (began, time.monotonic())}
 
 
-def test_what_is_timed_has_the_machine_to_itself(workers: Workers, tmp_path) -> None:
+def test_a_timed_cell_runs_alone_on_its_machine(workers: Workers, tmp_path) -> None:
     workers.client.wait_for_workers(2, timeout=180)  # an earlier test may have killed a worker
     found = dict(sweep.results([*TREES, *TIMED], workers, functools.partial(_when, tmp_path)))
     when = {cell: result["when"] for cell, result in found.items()}
@@ -126,7 +126,7 @@ def test_numbers_of_another_renderer_are_refused(workers: Workers) -> None:
         list(sweep.results(TREES[:1], workers, _other_renderer))
 
 
-def test_meshes_come_along(tmp_path, monkeypatch) -> None:
+def test_a_sweep_sends_its_meshes(tmp_path, monkeypatch) -> None:
     """A machine whose mesh is missing or different uses the mesh that the sweep sends. A machine
     that already has the same files uses its own files."""
     monkeypatch.setattr(own_folder.tempfile, "gettempdir", lambda: str(tmp_path))
@@ -147,7 +147,7 @@ def test_meshes_come_along(tmp_path, monkeypatch) -> None:
     assert os.environ["GPGPU_RT_SCENES"].endswith(str(tmp_path / "there"))
 
 
-def test_the_machines_lock_goes_with_its_process(tmp_path, monkeypatch) -> None:
+def test_the_machines_lock_ends_with_its_process(tmp_path, monkeypatch) -> None:
     """If a process that holds the machine's lock is killed, another process can get the lock."""
     monkeypatch.setattr(own_folder.tempfile, "gettempdir", lambda: str(tmp_path))
     with machine.taken(), machine.alone():
@@ -164,7 +164,7 @@ def test_the_machines_lock_goes_with_its_process(tmp_path, monkeypatch) -> None:
     (["--scheduler", "tcp://127.0.0.1:1"], "no Dask scheduler answers")])
 def test_mistakes_are_one_line(words: list, message: str, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.setattr("gpgpu_rt.workers.workers.PATIENCE", "1s")
-    (tmp_path / "data").mkdir()     # a folder that the command makes is named in a line of its own
+    (tmp_path / "data").mkdir()     # otherwise the command adds a line about the new folder
     assert main([*words, "--only", "fig17", "--data", str(tmp_path / "data"), "--out",
                  str(tmp_path)]) == 1
     said = capsys.readouterr().err

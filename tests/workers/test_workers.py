@@ -34,7 +34,7 @@ def _killed_once(flag: str, number: int) -> int:
     return number * number
 
 
-def test_hits_are_those_of_one_process(workers: Workers, monkeypatch) -> None:
+def test_hits_equal_the_hits_of_one_process(workers: Workers, monkeypatch) -> None:
     monkeypatch.setattr(module, "PART", 256)
     scene = rt.load_scene("cornell")
     origins, directions = rays.random_rays(scene, 2000, 5)
@@ -78,8 +78,8 @@ def test_packets_find_the_same_tiles(given: str, workers: Workers, monkeypatch) 
 
 
 @pytest.mark.parametrize("shape", [(0, 5), (1, 1), (7, 3), (16, 2)])
-def test_images_of_few_rows_are_cut_or_not(shape: tuple[int, int], workers: Workers,
-                                           monkeypatch) -> None:
+def test_images_of_few_rows(shape: tuple[int, int], workers: Workers,
+                            monkeypatch) -> None:
     """Images of any small size are traced. A shape that does not match the rays is refused."""
     monkeypatch.setattr(module, "PART", 1)
     directions = np.ones((*shape, 3), np.float32)
@@ -90,8 +90,8 @@ def test_images_of_few_rows_are_cut_or_not(shape: tuple[int, int], workers: Work
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("t_max", [1e300, np.full(3, 1e300)], ids=["one", "one a ray"])
-def test_an_end_beyond_float32_is_none(t_max, workers: Workers) -> None:
+@pytest.mark.parametrize("t_max", [1e300, np.full(3, 1e300)], ids=["one", "one per ray"])
+def test_a_t_max_beyond_float32_is_infinite(t_max, workers: Workers) -> None:
     """A t_max beyond float32's range means no end."""
     rays_of = np.zeros((3, 3)), np.ones((3, 3))
     assert (workers.trace("cornell", *rays_of, METHOD, t_max=t_max).t
@@ -150,8 +150,8 @@ def test_arrays_that_do_not_fit_are_refused(workers: Workers) -> None:
         workers.trace("cornell", np.zeros((4, 6)), np.ones((8, 3)), METHOD)
 
 
-def test_old_scenes_are_let_go_and_lists_taken(workers: Workers, monkeypatch) -> None:
-    """Only the latest MOST_KEPT scenes and structures are kept. Options may be lists."""
+def test_old_scenes_are_released_and_options_may_be_lists(workers: Workers, monkeypatch) -> None:
+    """Only the latest MOST_KEPT scenes and structures are kept."""
     monkeypatch.setattr(module, "MOST_KEPT", 3)
     rays_of = np.zeros((1, 3)), np.ones((1, 3))
     for size in (1.0, 2.0, 3.0):
@@ -212,13 +212,13 @@ def _lacks(flag: str) -> None:
 
 @pytest.mark.parametrize("task, message", [(_dies, "died repeatedly"),
                                            (_lacks, "lack a module that a part needs .*figment")])
-def test_what_only_dask_knows_is_a_line(task, message: str, workers: Workers) -> None:
+def test_errors_of_dask_give_one_line(task, message: str, workers: Workers) -> None:
     """A worker that dies or lacks a module gives an error of one line."""
     with pytest.raises(rt.Error, match=message):
         list(workers.map(task, [("",)]))
 
 
-def test_without_dask_it_says_what_to_install() -> None:
+def test_without_dask_the_error_says_what_to_install() -> None:
     code = ("import sys; sys.modules['distributed'] = None\n"
             "from gpgpu_rt.workers import Workers\n"
             "try: Workers()\n"
@@ -259,8 +259,7 @@ def test_who_waits_for_the_machine_says_so(tmp_path, monkeypatch) -> None:
                 assert waited == ["told"]
 
 
-def test_whoever_is_silent_last_lets_dask_speak_again() -> None:
-    """Dask's logger is restored when the last of several `silenced` blocks ends."""
+def test_the_last_silenced_block_restores_dasks_logger() -> None:
     logger, handler = logging.getLogger("distributed"), logging.StreamHandler()
     handler.setLevel(logging.INFO)
     logger.addHandler(handler)
@@ -290,7 +289,7 @@ def test_local_workers_listen_to_this_machine_alone(workers: Workers) -> None:
     assert found == {"127.0.0.1"}
 
 
-def test_tls_without_a_certificate_is_a_line() -> None:
+def test_tls_without_a_certificate_gives_one_line() -> None:
     """TLS without a certificate gives an error of one line. In the past, Dask raised a TypeError,
     and deleting the client took 20 s."""
     with pytest.raises(rt.Error, match="certificate"):

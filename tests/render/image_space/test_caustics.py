@@ -121,7 +121,7 @@ def test_photons_through_a_slab(ior: float) -> None:
         caustics.release()
 
 
-def test_water_and_what_is_closed() -> None:
+def test_level_water_is_not_closed_and_refracts_once() -> None:
     """A level water surface without sides is not closed, so it refracts light once. A closed body
     refracts light twice."""
     water = floor((-2, -2), (2, 2), 1.0, 4)
@@ -174,8 +174,7 @@ def test_a_ball_is_a_lens() -> None:
     assert brightest > 5 * unturned
 
 
-def test_what_stands_in_the_way_keeps_light_off() -> None:
-    """A lid between light and refractor blocks all photons."""
+def test_a_lid_between_light_and_refractor_blocks_all_photons() -> None:
     lid = floor((-2, -2), (2, 2), 4.0)
     with rt.Tracer(scene_of(SPHERE, glass(1.5), lid)) as tracer:
         caustics = Caustics(tracer, (0.3, 6.0, 0.2), photons=32, resolution=64)
@@ -202,7 +201,7 @@ def test_mistakes(part, material, more: dict, message: str) -> None:
             Caustics(tracer, **{"light": (0, 6, 0), **more})
 
 
-def test_the_widest_splat_keeps_all_light_and_landings_have_a_shape() -> None:
+def test_the_widest_splat_loses_no_light_and_wrong_shapes_are_refused() -> None:
     with rt.Tracer(scene_of(SPHERE, glass(1.5))) as tracer:
         largest = int(tracer.gpu.context.info["GL_POINT_SIZE_RANGE"][1])
         with pytest.raises(rt.OptionError, match=f"at most {largest}, "):

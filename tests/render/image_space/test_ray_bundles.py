@@ -1,5 +1,5 @@
-"""The light of ray bundles is compared with the known light in a furnace (a closed box that emits
-everywhere), with form factors and with traced rays.
+"""The light of ray bundles is compared with form factors, with traced rays, and with the known
+light in a furnace (a closed box that emits everywhere).
 
 A ray bundle consists of parallel rays. Depth peeling of a parallel projection finds all hits of
 the rays: layer k holds each ray's k-th hit.
@@ -28,7 +28,7 @@ def scene_of(triangles: np.ndarray, *materials: rt.Material, rows: object = None
 
 
 def test_half_sphere() -> None:
-    """The means of z, z^2, x and y over the directions are those of a half sphere."""
+    """The means of z, z^2, x and y over the directions equal the means over a half sphere."""
     d = half_sphere(200)
     assert np.allclose(np.linalg.norm(d, axis=1), 1) and (d[:, 2] > 0).all()
     assert np.allclose([d[:, 2].mean(), (d[:, 2] ** 2).mean()], [1 / 2, 1 / 3], atol=1e-3)
@@ -149,7 +149,7 @@ def test_layers_are_all_peeled(count: int) -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
-def test_gathered_light_is_that_of_traced_rays(seed: int) -> None:
+def test_gathered_light_equals_the_light_of_traced_rays(seed: int) -> None:
     """Light at visible points is gathered in two ways: from the layers of ray bundles, and by
     traced rays in the same directions. The results are almost equal, except at a few pixels."""
     rng = np.random.default_rng(seed)
@@ -189,7 +189,7 @@ def traced_gather(bundles: RayBundles, seen: Visible, count: int) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", [1, 2], ids="seed{}".format)
 def test_light_straight_from_a_small_lamp(seed: int) -> None:
-    """A small lamp gives the light of a point that shines with the cosine of the angle to the
+    """A small lamp lights like a point whose intensity falls with the cosine of the angle to the
     lamp's normal. A screen blocks this light."""
     rng = np.random.default_rng(seed)
     side, high = 0.02, 1.5
@@ -223,7 +223,7 @@ def test_mistakes(more: dict, message: str) -> None:
 
 
 @pytest.mark.parametrize("more", [{"directions": 8.5}, {"directions": "a"}, {"bounces": 1.5}])
-def test_light_is_solved_by_whole_numbers_alone(more: dict) -> None:
+def test_directions_and_bounces_are_whole_numbers(more: dict) -> None:
     with rt.Tracer("cornell") as tracer:
         bundles = RayBundles(tracer, 0.5, 8)
         with pytest.raises(rt.OptionError, match="is .*; give a whole number from"):
@@ -244,7 +244,7 @@ def test_an_interrupted_gathering_frees_its_textures(monkeypatch) -> None:
         bundles.release()
 
 
-def test_what_is_not_diffuse_is_refused() -> None:
+def test_a_material_that_is_not_diffuse_is_refused() -> None:
     with rt.Tracer(scene_of(ball(50), rt.Material("glass", ior=1.5))) as tracer:
         with pytest.raises(rt.SceneError, match="material glass is not purely diffuse"):
             RayBundles(tracer)

@@ -24,8 +24,8 @@ def errors(scene: rt.Scene, camera: Camera, smooth: bool, ior: float = 1.5
     """Return the errors of image-space refraction, its kind of each pixel, and the kind of each
     pixel in the float64 reference.
 
-    The errors, (k,), are angles in degrees between the two directions. They belong to the pixels
-    in which both methods refract a ray twice. The kinds, (n,) each, are constants of
+    The errors, (k,), are angles in degrees between the two directions, for the pixels in which
+    both methods refract a ray twice. The kinds, (n,) each, are constants of
     `render.image_space.refraction`, such as LEFT.
     """
     with rt.Tracer(scene) as tracer:
@@ -61,7 +61,7 @@ def test_a_slab_changes_no_direction(exact_renderer) -> None:
     assert np.abs(found - directions).max() < 1e-5
 
 
-def test_light_that_a_border_keeps_out(precise_renderer) -> None:
+def test_total_reflection_agrees_with_the_reference(precise_renderer) -> None:
     """With an index below 1, the front of the ball totally reflects rays at grazing angles."""
     off, kind, right = errors(scene_of(ball(5000)), Camera((0.0, 0.0, 4.0), (0.0, 0.0, 0.0),
                                                            fov=35), True, 0.8)
@@ -94,7 +94,7 @@ def test_a_bubble_reflects_where_no_light_enters(precise_renderer) -> None:
 
 
 @pytest.mark.parametrize("ior", [0, -1, float("nan"), 11, "x", None])
-def test_what_is_no_refractive_index_is_refused(ior: object) -> None:
+def test_an_invalid_refractive_index_is_refused(ior: object) -> None:
     with rt.Tracer(scene_of(ball(50))) as tracer:
         with pytest.raises(rt.OptionError, match="^ior is .*; give a number from 0.1 to 10$"):
             Refraction(tracer, ior)

@@ -80,7 +80,7 @@ def test_a_file_without_frames_does_not_move(tmp_path: Path) -> None:
         rt.load_animation(tmp_path / "gone.aff")
 
 
-def test_a_vertex_that_flies_away_is_named(path: Path, capsys) -> None:
+def test_a_vertex_that_overflows_float32_is_refused(path: Path, capsys) -> None:
     path.write_text(path.read_text().replace("10 2 0 0", "10 1e300 0 0"))
     words = ["--frames", "5", "--size", "8x8", "-o", str(path.parent / "f.gif")]
     assert main(["render", str(path), *words]) == 1
@@ -111,6 +111,6 @@ def test_frames_follow_the_camera(path: Path) -> None:
             expected = tracer.render(**animation.drawing(frame, {"size": (32, 32)}))
             assert (followed[frame] == np.asarray(expected)).all()
     assert (followed[0] == still[0]).all() and (followed[2] != still[2]).any()
-    # An option of the camera keeps the camera where it is at frame 0.
+    # An option of the camera, such as --fov, fixes the camera at its place of frame 0.
     for held, same in zip(frames_of(path, "--fov", "40"), still):
         assert (held == same).all()

@@ -116,7 +116,7 @@ def test_overflow(text: str, tmp_path: Path) -> None:
     assert "a vertex of a is not finite in float32" in refusal(tmp_path / "a.aff")
 
 
-def test_normals_that_overflow_are_those_of_the_triangle(tmp_path: Path) -> None:
+def test_normals_that_overflow_are_replaced_by_the_triangles(tmp_path: Path) -> None:
     (tmp_path / "a.aff").write_text(
         "xs 1e200 1e200 1 0 0 1 0 0 0 0 { pp 3 0 0 0 1 0 0 1e-200 0 0 1 0 0 0 1e-200 0 1 0 0 }")
     with warnings.catch_warnings():

@@ -87,11 +87,11 @@ def test_equal_steps_turn_evenly() -> None:
                                    atol=1e-14)
 
 
-def test_the_shorter_way() -> None:
-    """A rotation between two keys takes the shorter way round."""
+def test_the_smaller_angle() -> None:
+    """Between two keys, a rotation turns in the direction of the smaller angle."""
     np.testing.assert_allclose(turns([0, 0, 300, 300]).at(1.5),
                                rotation(np.array([0, 0, 1.0]), -30), atol=1e-14)
-    whole = turns([0, 90, 180, 270, 360, 450, 540])     # a wheel goes on beyond a whole turn
+    whole = turns([0, 90, 180, 270, 360, 450, 540])     # a wheel keeps turning past 360 degrees
     np.testing.assert_allclose(whole.at(3.5), rotation(np.array([0, 0, 1.0]), 315), atol=1e-14)
 
 

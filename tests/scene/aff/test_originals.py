@@ -24,7 +24,7 @@ KNOWN = {
     "kitchen-moving": (110_561, 63_706,
                        "ce4adc029d94b56ee5c04712189b2e87e1729b80a10bb9627fc6bcb9bdfcef13")}
 pytestmark = [
-    pytest.mark.skipif(VARIABLE not in os.environ, reason=f"{VARIABLE} names no folder"),
+    pytest.mark.skipif(VARIABLE not in os.environ, reason=f"{VARIABLE} is not set"),
     pytest.mark.filterwarnings("ignore:.*no texture")]
 
 

@@ -192,7 +192,7 @@ def test_without_a_network(tmp_path) -> None:
 
 
 def test_a_missing_file_and_a_server_that_never_ends_well(serve, tmp_path) -> None:
-    """The answer 404 ends the download at once. The answer 503 ends it after TRIES attempts."""
+    """The answer 404 ends the download at once, and the answer 503 after TRIES attempts."""
     server = serve()
     server.statuses = [404]
     with pytest.raises(rt.Error, match="the server answers 404 .*--from"):

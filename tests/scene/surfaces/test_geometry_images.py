@@ -88,8 +88,8 @@ def test_built_images(precise_renderer, name: str) -> None:
 
 def test_the_car_in_one_pass_equals_its_five_images_one_after_another(precise_renderer) -> None:
     """Carr et al. traced each image by itself. One pass over all five images finds the same hits
-    as five passes. It visits fewer nodes, because the nearest t of an image shortens the search in
-    the next image."""
+    as five passes. The single pass visits fewer nodes, because the nearest t of an image shortens
+    the search in the next image."""
     car = rt.load_scene("car")
     assert len(car.charts) == 5 and car.stand_in
     counts = [2 * (rows - 1) * (columns - 1) for rows, columns in car.charts]
@@ -146,7 +146,7 @@ def test_a_closed_mesh_becomes_a_closed_image(seed: int, size: int) -> None:
     assert volume == pytest.approx(mesh.volume, rel=0.3 if size == 16 else 0.05)
 
 
-def test_cuts_reach_what_sticks_out() -> None:
+def test_cuts_let_the_image_reach_the_horns() -> None:
     """With cuts, the image reaches the tips of the horns."""
     mesh = blob(3)
     reached = [np.linalg.norm(rt.remesh(mesh, 48, cuts=cuts).positions, axis=1).max()
@@ -254,7 +254,7 @@ def test_mistakes_with_files_are_one_line(capsys, tmp_path, arguments: list[str]
     assert sorted(tmp_path.iterdir()) == before
 
 
-def test_surface_mesh_takes_meshes_apart() -> None:
+def test_surface_mesh_counts_fills_and_cuts() -> None:
     """`SurfaceMesh` counts parts and border loops, fills holes, finds paths and cuts along
     them."""
     ball = SurfaceMesh.of_triangles(trimesh.creation.icosphere(subdivisions=2).triangles)
@@ -286,7 +286,7 @@ def test_surface_mesh_takes_meshes_apart() -> None:
     (trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], process=False), "boundary"),
     (trimesh.Trimesh([[0, 0, 0], [1, 1, 1]], [[0, 1, 1]], process=False), "no triangle"),
 ])
-def test_surfaces_that_are_no_image(mesh, message: str) -> None:
+def test_surfaces_that_are_refused(mesh, message: str) -> None:
     """`remesh` refuses unsuitable meshes, and wrong values of size and cuts."""
     with pytest.raises(rt.SceneError, match=message) as caught:
         rt.remesh(mesh, 16)

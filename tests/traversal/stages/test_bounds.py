@@ -133,7 +133,7 @@ def test_nothing_to_draw() -> None:
 
 
 @pytest.mark.parametrize("options", [{"intersection": "moller-trumbore"}, {"precision": "fp16"}])
-def test_refused_where_it_proves_nothing(options: dict) -> None:
+def test_refused_where_the_bounds_are_not_proved(options: dict) -> None:
     """The option `rasterised_bounds` is refused with triangle tests and precisions for which no
     proof shows that the bounds contain all hits."""
     with pytest.raises(rt.OptionError, match="woop-watertight"):

@@ -154,8 +154,8 @@ def test_few_rays_that_begin_nearer(precise_renderer, method: str) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_rays_that_go_both_ways(precise_renderer, method: str) -> None:
-    """For each axis in turn, the rays of a tile go both ways along the axis. A beam cannot
-    bound such rays along the axis. A component of a direction is 0, or its size is at least 1."""
+    """For each axis in turn, the rays of a tile go both ways along the axis. A beam cannot bound
+    such rays along the axis. A component of a direction is 0, or its magnitude is at least 1."""
     scene = soup_scene(200, 8, size=0.05)
     origins, directions = aimed_tiles(scene, method, 12, 12, 8)
     origins = (0.5 * origins + 0.25).astype(np.float32)
@@ -215,7 +215,7 @@ def test_fewer_nodes_on_eye_rays(method: str) -> None:
 @pytest.mark.full
 @pytest.mark.parametrize("name", ["robots", "kitchen", "conference"])
 @pytest.mark.parametrize("method", METHODS)
-def test_the_bar_on_real_scenes(method: str, name: str) -> None:
+def test_fewer_nodes_on_real_scenes(method: str, name: str) -> None:
     """On real scenes, entry points divide the number of visited nodes by more than 1.5, even if
     the nodes visited by beams are counted, too."""
     scene = real_scene(name)

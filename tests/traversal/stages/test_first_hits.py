@@ -92,7 +92,7 @@ def test_hits_are_the_same(precise_renderer, monkeypatch, shape: str, seed: int,
 
 
 @pytest.mark.parametrize("row", [pytest.param(row, id=row.name) for row in rt.methods()])
-def test_every_method_traces_the_rest(precise_renderer, row: rt.Method) -> None:
+def test_every_method_traces_the_rays_in_doubt(precise_renderer, row: rt.Method) -> None:
     """Every method traces only the rays whose rasterised hit is in doubt. These rays are few."""
     scene = scene_of(np.concatenate([fans(12, 5), layers(20, 5)]))
     with rt.Tracer(scene, row.name, statistics=True) as tracer:
@@ -107,7 +107,7 @@ def test_every_method_traces_the_rest(precise_renderer, row: rt.Method) -> None:
 
 
 @pytest.mark.parametrize("shape", ["fans", "slivers", "soup"])
-def test_verified_ones_are_hits(precise_renderer, shape: str) -> None:
+def test_verified_hits_are_true_hits(precise_renderer, shape: str) -> None:
     """With first_hits="verified", each reported hit is a true hit of its ray, and nearly all of
     these hits are the first hits."""
     scene = scene_of(SHAPES[shape](200, 4))
@@ -173,7 +173,7 @@ def test_parts_are_cut(precise_renderer, monkeypatch) -> None:
                          tracer.eye_hits(size=SIZE))
 
 
-def test_what_it_refuses() -> None:
+def test_other_tests_and_precisions_are_refused() -> None:
     with rt.Tracer(soup_scene(3, 1), intersection="plucker") as tracer:
         with pytest.raises(rt.Error, match="intersection=woop-watertight only, not plucker"):
             tracer.render(size=(8, 8), first_hits="rasterised")

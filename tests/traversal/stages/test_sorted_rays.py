@@ -1,4 +1,4 @@
-"""Sorted rays: each hit comes back to the place of its ray, and the order of the rays changes no
+"""Sorted rays: each hit is returned at the index of its ray, and the order of the rays changes no
 bit of a hit."""
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def test_in_lower_precision(precise_renderer, way: str, precision: str) -> None:
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_each_ray_keeps_its_own(precise_renderer, way: str) -> None:
+def test_each_ray_keeps_its_interval_and_length(precise_renderer, way: str) -> None:
     """Each ray keeps its own interval and the length of its direction. Rays that start far from
     the scene, and rays that the step cap stops, keep their hits and statuses too."""
     origins, directions = (rays.reshape(-1, 3) for rays in mixed_rays(4))
@@ -112,9 +112,10 @@ def test_few_rays_or_none(precise_renderer) -> None:
 @pytest.mark.parametrize("method, options", [
     ("bvh-threaded", {}), ("bvh-packet", {"packet": (2, 1)}), ("bvh-packet", {"packet": (2, 2)}),
     ("kd-packet", {"packet": (4, 2)}), ("bvh-packet", {"packet": (4, 4)})], ids=str)
-def test_all_that_is_found_comes_back(precise_renderer, method: str, options: dict) -> None:
-    """All results come back to their rays, whatever the layout of the render targets. The sorted
-    order omits rays with an empty interval (t_max < t_min), but these rays get results too."""
+def test_all_results_keep_the_callers_order(precise_renderer, method: str, options: dict) -> None:
+    """All results are returned at the indices of their rays, whatever the layout of the render
+    targets. The sorted order omits rays with an empty interval (t_max < t_min), but these rays get
+    results too."""
     origins, directions = RAY_SETS["random"](SCENE, 5000, 9)
     t_max = np.where(np.arange(5000) % 3, np.inf, -1.0)
     found = []
@@ -139,14 +140,14 @@ def test_all_hits_and_a_pickled_tracer(precise_renderer) -> None:
         assert (getattr(got, name) == getattr(plain, name)).all(), name
 
 
-def test_states_are_not_watched_in_another_order() -> None:
+def test_time_travel_refuses_sorted_rays() -> None:
     with rt.Tracer(SCENE, "grid", schedule="step", presort=True) as tracer, \
             pytest.raises(rt.OptionError, match="presort"):
         travel(tracer, *mixed_rays(6), lambda one: None, invalid="miss")
 
 
 @pytest.mark.parametrize("seed", [3], ids="seed{}".format)
-def test_rays_that_are_alike_come_together(seed: int) -> None:
+def test_similar_rays_become_neighbours(seed: int) -> None:
     """64 bundles of 64 rays are shuffled. In the sorted order, each square of 8 x 8 rays is one
     bundle again."""
     rng = np.random.default_rng(seed)
@@ -174,8 +175,8 @@ def test_rays_that_are_alike_come_together(seed: int) -> None:
 
 @pytest.mark.parametrize("way", WAYS)
 def test_origins_on_a_plane_or_at_a_point(way: str) -> None:
-    """If the extent of the origins is 0, or so small that its inverse overflows, the sort puts all
-    origins into one cell, and no error occurs."""
+    """The extent of the origins is 0, or so small that its inverse overflows. The sort then puts
+    all origins into one cell, without an error."""
     for start, spread in ((0.5, 0.0), (0.0, 1e-40)):
         origins = np.tile(np.float32([start, start, 3]), (100, 1))
         origins[::2, 0] += np.float32(spread)
