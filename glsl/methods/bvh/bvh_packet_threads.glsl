@@ -31,8 +31,7 @@ void test_box(int r) {
     any_in = any_in || interval.x <= interval.y;
 }
 
-// Visit a node and move on. Return a leaf's first triangle if a ray meets the leaf's box, else a negative
-// number.
+// Visit a node and move on. Return a leaf's first triangle if a ray meets the leaf, else a negative number.
 int visit() {
     COUNT(nodes_visited);
     ++steps;
