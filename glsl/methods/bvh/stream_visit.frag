@@ -1,6 +1,6 @@
 #version 330 core
 // Filters a ray stream: each ray tests the boxes of its node's two children. The ray's next node is the
-// nearer child that the ray meets, or the present node if this node is a leaf. Each ray writes four flags:
+// nearer child that the ray meets, or the current node if this node is a leaf. Each ray writes four flags:
 // the next node is an inner node; the ray also meets the farther child; the next node is a leaf; the ray
 // has tested two boxes.
 
