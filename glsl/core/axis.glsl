@@ -1,4 +1,4 @@
-// Axes are numbered 0 to 2. `chosen` takes each component from `a` where `is_a` is true, else from `b`.
+// Axes are numbered 0 to 2. `chosen` selects each component from `a` where `is_a` is true, else from `b`.
 
 const int LEAF = 3;   // stored in place of an axis; marks the node as a leaf
 

@@ -20,7 +20,7 @@ float min_component(vec3 v) {
 }
 
 // Return the interval of t in which a ray is inside a box: start x, end y. It is empty if x > y. With
-// OCTANTS, `lo` is the corner that the ray meets first, and `hi` the opposite corner.
+// OCTANTS (a tree for each octant of directions), `lo` is the corner that the ray meets first.
 vec2 box_interval(Ray ray, vec3 lo, vec3 hi) {
     vec3 a = R(R(lo - ray.lo_origin) * ray.inv_dir);
     vec3 b = R(R(hi - ray.hi_origin) * ray.inv_dir);

@@ -1,4 +1,4 @@
-// The position of texel i of a table. A shift gives the row, because a division could round to a wrong row.
+// `table_texel` finds the position of texel i. It shifts, because a division could round to a wrong row.
 //
 // TABLE_INTEGER converts a number of a table to int. With SMALL_INTEGERS no integer in the tables exceeds
 // 2^22, and adding 1.5 * 2^23 moves the integer to the lowest bits of the sum. int(x) is slower, because

@@ -1,4 +1,4 @@
-// The list of a leaf's references: `end` follows the last reference.
+// The list of a leaf's references. `state.end` is the index after the last reference.
 //
 // Node i is the leaf. A method defines LIST_LENGTH(i), the number of the leaf's references.
 
@@ -16,7 +16,7 @@ bool is_empty(int first, State state) {
     return first == state.end;
 }
 
-// Go on to the next reference. Return whether the list has ended.
+// Advance to the next reference. Return whether the list has ended.
 bool list_ends(inout State state) {
     ++state.cursor;
     return state.cursor == state.end;

@@ -1,4 +1,4 @@
-// Phases of a ray. For example, a ray in phase DOWN waits for the kernel `down`. These phases end a ray:
+// Phases of a ray. For example, a ray in phase DOWN waits for the kernel `down`. Phases of ended rays:
 
 const int DONE = 0;
 const int UNFINISHED = -1;   // stopped by the step cap

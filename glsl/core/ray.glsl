@@ -15,7 +15,7 @@ struct Ray {
 #endif
 };
 
-// A component nearer to 0 counts as this number, with its sign. The largest component is at least 0.5.
+// A component nearer to 0 counts as this number with the component's sign. The largest is at least 0.5.
 const float TINY_DIRECTION = 1e-20;
 
 float not_zero(float d) {

@@ -19,8 +19,8 @@
 // The sum, 11 u M + (14 + 16 k) u M / c, is below BOX_SLACK M if (14 + 16 k) / c is below 53. If a triangle
 // lies in a plane perpendicular to an axis, its normal has a single component. Then k = c = 1 in the bound.
 // Oblique needles have a larger k. Oblique planes almost parallel to the ray have a smaller c. The t of a
-// hit there may lie outside the ray's interval of t in the box. A search that begins or ends between the
-// two loses the hit (docs/extremes.md says how often).
+// hit there may lie outside the ray's interval of t in the box. A search that begins or ends between this t
+// and the interval loses the hit (docs/extremes.md says how often).
 //
 // The slack also includes SPACING times each coordinate of the origin. This term is at least the distance
 // to the next float. Without the term, the sum of origin and slack could round back to the origin in a

@@ -1,7 +1,7 @@
 // TEXEL(texels, step, pixel) reads a texel at its centre. `step` is the distance between two texels in
 // texture coordinates. The textures have one level and no filter, and the rounded centre lies within the
-// texel. So `texture` returns the texel of texelFetch, even where derivatives are undefined: with one
-// level, none are used. On llvmpipe texelFetch computes level and size for each lane and takes twice as
+// texel. So `texture` returns the same texel as texelFetch. With one level, `texture` uses no derivatives,
+// which may be undefined. On llvmpipe texelFetch computes level and size for each lane and takes twice as
 // many instructions. TEXEL_FETCH selects texelFetch, for the cost model of the cards of 2002-2006.
 
 #ifdef TEXEL_FETCH

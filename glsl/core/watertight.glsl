@@ -24,7 +24,7 @@ float edge_function(vec3 p, vec3 q) {
 // Find the signs of three numbers by comparing their bits as integers, which is faster on llvmpipe. A NaN's
 // sign does not matter: `det` is then NaN too, so nothing is hit.
 const uint MINUS_ZERO = 0x80000000u;   // greater than the bits of every float whose sign bit is 0
-const float LEAST_NORMAL = uintBitsToFloat(0x00800000u);   // 2^-126; the inverse of less may be infinite
+const float LEAST_NORMAL = uintBitsToFloat(0x00800000u);   // 2^-126; below, 1 / x may be infinite
 
 bool none_below_zero(vec3 v) {
     uvec3 bits = floatBitsToUint(v);

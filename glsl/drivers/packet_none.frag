@@ -1,7 +1,7 @@
 #version 330 core
 // Writes "no hit" for packets that packet.frag does not trace: their tile has no live ray, or its beam
-// meets nothing. Only render targets that hold triangles are written: a reader that finds no triangle reads
-// nothing else. Clearing whole targets before the trace would write most texels twice.
+// meets nothing. Only render targets that hold triangles are written: a reader that finds no triangle uses
+// no other number of the hit. Clearing whole targets before the trace would write most texels twice.
 
 #include <streams>
 

@@ -1,6 +1,6 @@
 #version 330 core
 // Pushes stack entries for the rays of kd-texture-stack. Under the schedule `step`, it does the same for
-// packets with a stack; then read "packet" for "ray" below. Each tile of the atlas holds one stack level of
+// packets with a stack; "ray" below then means "packet". Each tile of the atlas holds one stack level of
 // all rays, so a ray has a fragment in every tile. A fragment writes the entry if its ray is in phase PUSH
 // and its tile's number is the height of the ray's stack.
 

@@ -1,4 +1,4 @@
-// Keeps the ray's state in registers. Discards unfinished rays: an occlusion query counts the others.
+// Keeps the state in registers. Discards unfinished rays: an occlusion query counts the finished rays.
 
 void end_pass(State state) {
     if (state.phase != DONE) discard;

@@ -5,6 +5,6 @@
 
 #define STORE(k) packet_target[k] = numbers[k];
 
-// READ(k) runs for each target k and keeps what belongs to ray r.
+// READ(k) runs for each target k and keeps the hit of ray r.
 #define READ(k) texel = k == r ? TEXEL(packet_texels_##k, packet_step, packet) : texel;
 #define HIT_OF(texel) unpacked_hit(texel, settled)

@@ -7,6 +7,6 @@
 #define NUMBER(k, r) numbers[k / 4 * 4 + r][k % 4]
 #define STORE(k) packet_target[k] = vec4(NUMBER(k, 0), NUMBER(k, 1), NUMBER(k, 2), NUMBER(k, 3));
 
-// READ(k) runs for each target k and keeps what belongs to ray r.
+// READ(k) runs for each target k and keeps the numbers of ray r.
 #define READ(k) texel[k % 4] = k / 4 == r / 4 ? TEXEL(packet_texels_##k, packet_step, packet)[r % 4] : texel[k % 4];
 #define HIT_OF(texel) unpacked_hit(texel, settled)

@@ -23,6 +23,6 @@ Hit hit_of_row(uint texel, ivec2 pixel, out bool settled) {
 #define ROW(r) packed_row(rows[r], is_settled(r))
 #define STORE(k) packet_target[k] = uvec4(ROW(4 * k), ROW(4 * k + 1), ROW(4 * k + 2), ROW(4 * k + 3));
 
-// READ(k) runs for each target k and keeps what belongs to ray r.
+// READ(k) runs for each target k and keeps the texel with the row of ray r.
 #define READ(k) texel = k == r / 4 ? TEXEL(packet_texels_##k, packet_step, packet) : texel;
 #define HIT_OF(texel) hit_of_row(texel[r % 4], pixel, settled)

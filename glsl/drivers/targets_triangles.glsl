@@ -7,6 +7,6 @@
 #define TRIANGLE(k, r) numbers[4 * k + r].w
 #define STORE(k) packet_target[k] = vec4(TRIANGLE(k, 0), TRIANGLE(k, 1), TRIANGLE(k, 2), TRIANGLE(k, 3));
 
-// READ(k) runs for each target k and keeps what belongs to ray r.
+// READ(k) runs for each target k and keeps the triangle of ray r.
 #define READ(k) texel.w = k == r / 4 ? TEXEL(packet_texels_##k, packet_step, packet)[r % 4] : texel.w;
 #define HIT_OF(texel) unpacked_hit(texel, settled)

@@ -2,7 +2,7 @@
 // dominant axis. The triangle's normal and permuted corners are computed once for all rays. If all rays of
 // the image share an origin, the corners relative to this origin are computed once, too. The operations are
 // those of `test_triangle`, so the hits have the same bits. A method defines PRESENT(r), which says whether
-// ray r belongs to the turn.
+// ray r tests the triangle.
 
 int shared_axis(Ray ray) {
     return ray.dominant.x ? 0 : ray.dominant.y ? 8 : 16;

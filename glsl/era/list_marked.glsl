@@ -14,7 +14,7 @@ bool is_empty(pointer first, State state) {
     return is_null(first);
 }
 
-// Go on to the next reference. Return whether the list has ended.
+// Advance to the next reference. Return whether the list has ended.
 bool list_ends(inout State state) {
     pointer tested = state.cursor;
     state.cursor = moved(tested, 1);

@@ -1,6 +1,6 @@
-// The text of one packet kernel, as it stands inside a loop. A card's compiler counts the instructions; the
-// text never runs. packet_loop.glsl runs the same kernels. For single rays, pass.glsl with IN_LOOP gives
-// the text to count.
+// The text of one packet kernel, as it appears inside a loop. A card's compiler counts the instructions;
+// the text never runs. packet_loop.glsl runs the same kernels. For single rays, pass.glsl with IN_LOOP
+// gives the text to count.
 //
 // The loop keeps the state in registers and writes only hits. Here each kernel writes exactly the fields
 // that it changes. With fewer fields, the compiler would drop computations; with more, it would add moves.

@@ -1,9 +1,9 @@
-// A pass runs one kernel on each ray that waits for this kernel, as on cards without loops (Purcell et
-// al. 2002; Foley and Sugerman 2005). The host chooses a kernel, masks the rays that wait for other
-// kernels, and runs several passes; the early depth test rejects masked rays. A ray that comes to wait for
-// another kernel is copied unchanged by the remaining passes. With START the pass sets up the rays' states.
+// A pass runs one kernel on each ray that waits for this kernel, as on cards without loops (Purcell et al.
+// 2002; Foley and Sugerman 2005). The host chooses a kernel, masks the rays that wait for other kernels,
+// and runs several passes; the early depth test rejects masked rays. If a pass changes a ray's phase, the
+// remaining passes copy the ray unchanged. With START the pass sets up the rays' states.
 //
-// With IN_LOOP the text stands for a kernel inside a loop, as on cards with branches (Horn et al. 2007). It
+// With IN_LOOP the text represents a kernel inside a loop, as on cards with branches (Horn et al. 2007). It
 // does not test the phase, because the loop has already branched to the kernel. A card's compiler counts
 // the instructions; the text never runs.
 //

@@ -1,6 +1,6 @@
-// A ray of the era form (docs/era.md). This file replaces core/ray.glsl. The inverse of a zero component is
-// infinite, as on the cards. A loop computes the inverse once, before its kernels. So with IN_LOOP, a
-// kernel reads it from a texture.
+// A ray of the era form (docs/era.md). This file replaces core/ray.glsl. No component of a direction is
+// zero (era/rays.frag), so the inverse is finite. A loop computes the inverse once, before its kernels. So
+// with IN_LOOP, a kernel reads it from a texture.
 
 uniform vec3 scene_lo;
 uniform vec3 scene_hi;

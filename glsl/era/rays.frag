@@ -1,6 +1,6 @@
 #version 330 core
-// Writes the rays into textures (first stage of Purcell et al. 2002). A zero component of a direction
-// becomes a tiny number, so that no later kernel multiplies zero by an infinite inverse.
+// Writes the rays into textures (first stage of Purcell et al. 2002). A component of a direction nearer to
+// zero than TINY becomes TINY or -TINY, so that no later kernel multiplies zero by an infinite inverse.
 
 #include "core/precision.glsl"
 #include <streams>

@@ -1,6 +1,6 @@
 #version 330 core
-// Defines the names of card.frag for the renderer that runs the program here, which does not read GLSL
-// 1.20. With either file, the same text of a kernel compiles.
+// Defines the names of card.frag for this project's renderer, whose context does not accept GLSL 1.20. With
+// either file, the same text of a kernel compiles.
 
 #define texel_of(texels) texture(texels, gl_FragCoord.xy / vec2(textureSize(texels, 0)))
 #define texel_at(texels, place) texture(texels, place)

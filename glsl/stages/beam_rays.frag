@@ -1,6 +1,6 @@
 #version 330 core
-// Computes the beam around the non-empty rays of each tile (stages/tile_beam.glsl). These beams are the
-// lowest level; stages/beam_level.frag computes the levels above.
+// Computes the beam around the rays of each tile that have a non-empty interval (stages/tile_beam.glsl).
+// These beams are the lowest level; stages/beam_level.frag computes the levels above.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

@@ -12,8 +12,8 @@
 //   a corner divided by the least. A short edge would get a large bound. But beyond a short edge, the other
 //   two edges and the triangle's bounding box enclose a small area, so 8 l `ratio` is a bound, too.
 // A triangle is `cut` if a corner is less than `nearest` deep. Such a corner has no exact position in the
-// image, so first_rivals.frag replaces the edges of a cut triangle by planes through the eye. Its bound on
-// the rounding of `test_triangle` grows with the square of `reach`, because this test multiplies
+// image, so first_rivals.frag replaces the edges of a cut triangle by planes through the eye. There, the
+// bound on the rounding of `test_triangle` grows with the square of `reach`, because this test multiplies
 // coordinates of two corners.
 //
 // The test clamps a hit's depth to the range of the corners' depths. So the least depth of a corner, minus

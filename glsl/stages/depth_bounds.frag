@@ -49,7 +49,7 @@ void main() {
     float turn = MARGIN * size * (length(ab) + length(ac));   // the error of the normal
     float height = dot(normal, corner_a);                     // height of the eye over the plane
     bool closes = false;
-    // The four calls of `beyond` go round the tile's corners, in the direction from `right` to `-up` (see
+    // The four calls of `beyond` follow the tile's outline, in the direction from `right` to `-up` (see
     // eye_direction). The cross product in `beyond` then points into the pyramid.
     if (beyond(d[0], d[1], size) || beyond(d[1], d[3], size) || beyond(d[3], d[2], size)
             || beyond(d[2], d[0], size)) {

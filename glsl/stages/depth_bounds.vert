@@ -1,7 +1,7 @@
 #version 330 core
 // Draws one rectangle for each triangle (each instance), over all image tiles that may show this triangle.
-// If a vertex lies beside the eye or behind it, the rectangle covers the whole image. A triangle wholly
-// behind the eye is not drawn.
+// If the depth of a vertex is at most 1 % of the farthest vertex's distance from the eye, the rectangle
+// covers the whole image. A triangle wholly behind the eye is not drawn.
 
 #include <table_width>
 #include "core/fetch.glsl"

@@ -12,7 +12,7 @@ int entry_code(ivec2 tile, int i) {
     return i < ENTRIES ? code : LIST_END;
 }
 
-// The code of an entry that stands for a node and all nodes after it in the walk, not only for the node's
+// The code of an entry that represents a node and all nodes after it in the walk, not only the node's
 // subtree. Only the last entry of a list can have such a code.
 int rest_from(int node) {
     return -2 - node;

@@ -36,8 +36,8 @@ void widen(inout vec3 least, inout vec3 most) {
     most += margin;
 }
 
-// The beam around the rays of a tile, or around the probes and a margin. The margin keeps the signs of the
-// directions.
+// The beam around the rays of a tile, or around the probes and a margin. The margin does not change the
+// signs of the directions.
 Tile_beam beam_of(ivec2 tile) {
     Rays probe;
 #ifdef BOUNDED

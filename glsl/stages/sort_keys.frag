@@ -4,12 +4,12 @@
 // "Cache-Oblivious Ray Reordering", TOG 2010, put both ends of a ray into the key; their second end is an
 // estimate of the hit.
 //
-// Each end becomes a cell of a lattice: the origin in a cube around the box from `low` to `high`, the second
-// end in a cube around the scene's box. The key interleaves the bits of the two cells, coarse
-// levels first. The first FREE_LEVELS levels of the key come from the origin alone. After these levels,
-// each level of the origin is followed by a level of the second end. The bits form a Gray code: cells with
-// consecutive keys differ in one bit. In a Morton code, such cells may differ in all bits. A key consists
-// of two numbers, each with half of the levels. Rays with an empty interval come last.
+// Each end becomes a cell of a lattice: the origin in a cube around the box of all origins, the second end
+// in a cube around the scene's box. The key interleaves the bits of the two cells, coarse levels first. The
+// first FREE_LEVELS levels of the key come from the origin alone. After these levels, each level of the
+// origin is followed by a level of the second end. The bits form a Gray code: cells with consecutive keys
+// differ in one bit. In a Morton code, such cells may differ in all bits. A key consists of two numbers,
+// each with half of the levels. Rays with an empty interval come last.
 
 #include "core/precision.glsl"
 #include <streams>
@@ -22,9 +22,9 @@ uniform vec3 scene_hi;
 const int EMPTY = 1 << 23;
 const float TINY = 1e-20;   // smaller components of a direction count as this value
 
-// Returns the cell of a point, 0 to 2^LEVELS - 1 along each axis. The cells divide a cube at the
-// corner `lo`, whose side is the largest extent of the box from `lo` to `hi`. If this extent is 0 or its
-// inverse overflows, there is a single cell.
+// Return the cell of a point, 0 to 2^LEVELS - 1 along each axis. The cells divide a cube at the corner
+// `lo`, whose side is the largest extent of the box from `lo` to `hi`. If this extent is 0 or its inverse
+// overflows, there is a single cell.
 ivec3 cell_of(vec3 point, vec3 lo, vec3 hi) {
     vec3 extent = hi - lo;
     float per_unit = float(1 << LEVELS) / max(max(extent.x, extent.y), extent.z);
@@ -32,7 +32,7 @@ ivec3 cell_of(vec3 point, vec3 lo, vec3 hi) {
     return per_unit < 3e38 ? ivec3(clamp((point - lo) * per_unit, 0.0, last)) : ivec3(0);
 }
 
-// Returns the point where a ray leaves the scene's box, or some point on the ray if the ray misses the box.
+// Return the point where a ray leaves the scene's box; if the ray misses the box, another point on the ray.
 vec3 end_of(Rays ray) {
     vec3 d = mix(ray.direction, vec3(TINY), lessThan(abs(ray.direction), vec3(TINY)));
     vec3 t = max((scene_lo - ray.origin) / d, (scene_hi - ray.origin) / d);

@@ -2,7 +2,7 @@
 // section 4.4). The two planes of a node say where the left child ends and where the right child begins.
 // The children may overlap or leave a gap, so a ray enters both children, one child or neither.
 //
-// Departure: the paper keeps a stack, which a fragment program of 2006 does not have. As in Foley and
+// Departure: the paper uses a stack, which a fragment program of 2006 does not have. As in Foley and
 // Sugerman's kd-backtrack, a ray climbs to one parent per step, and enters each far child whose box the ray
 // meets. This box is the scene's box, cut by the planes of the child's ancestors. The same expression gives
 // the t of a plane in the descent and in the test of this box. So the test finds the interval that a stack
@@ -96,8 +96,8 @@ void intersect(Ray ray, inout State state, inout Hit hit) {
     }
 }
 
-// Go to the far sibling if the node is a near child and the ray meets the sibling's box. Otherwise go to
-// the parent.
+// Continue at the far sibling if the node is a near child and the ray meets the sibling's box. Otherwise
+// climb to the parent.
 void climb_to_parent(Ray ray, inout State state, Hit hit) {
     int node = state.node;
     int side = bih_bounds_side(node);

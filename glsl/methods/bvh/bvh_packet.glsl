@@ -70,7 +70,7 @@ int visit() {
 
 // Walk -------------------------------------------------------------------------------------------
 
-bool on;   // whether the walk goes on
+bool on;   // whether the walk continues
 
 // Walk from `node` to the next leaf, but test at most `most` pairs of boxes. If the packet enters no child
 // of a node, pop a node from the stack.

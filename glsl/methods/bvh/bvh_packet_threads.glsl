@@ -1,7 +1,7 @@
 // bvh-packet with `octants`: a packet walks along escape indices, without a stack (Thrane and Simonsen
 // 2005; survey, section 3.5, Figure 19). The rays of a turn share an octant (drivers/packet_turns.glsl).
 // They walk the tree's copy that is threaded front to back for their octant. A packet enters a node if any
-// ray is in the node's box. Otherwise the packet follows the node's escape index.
+// ray meets the node's box. Otherwise the packet follows the node's escape index.
 //
 // Options choose the files behind <box_tests> (packet_common.glsl), <entry> and <subtrees>. With
 // `entry_points`, the packet begins at the first subtree that a beam has found, and jumps over nodes that
@@ -24,14 +24,14 @@ void start_walk() {
 
 vec3 lo;
 vec3 hi;
-bool any_in;   // whether any ray is in the box
+bool any_in;   // whether any ray meets the box
 
 void test_box(int r) {
     vec2 interval = searched(r, lo, hi);
     any_in = any_in || interval.x <= interval.y;
 }
 
-// Visit a node and move on. Return a leaf's first triangle if a ray is in the leaf, else a negative number.
+// Visit a node and move on. Return a leaf's first triangle if a ray meets the leaf, else a negative number.
 int visit() {
     COUNT(nodes_visited);
     ++steps;
@@ -55,7 +55,7 @@ int visit() {
 
 int leaf;   // the first triangle of the leaf that the walk reached; below 0 if it reached none
 
-// Walk to the next leaf that a ray is in. Stop after `most` nodes.
+// Walk to the next leaf whose box a ray meets. Stop after `most` nodes.
 void walk_on(int most) {
     leaf = -1;
     int pause = min(step_limit, steps + most);

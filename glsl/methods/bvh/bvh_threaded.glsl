@@ -3,7 +3,7 @@
 // A ray that enters an inner node goes on to the next node. A ray that misses a node, or has tested the
 // triangles of a leaf, goes to the escape index: the node after the subtree. So a ray needs no stack.
 //
-// Departures: a leaf holds several triangles, in the thesis only one. With OCTANTS, the tree is
+// Departures: a leaf holds several triangles; a leaf of the thesis holds one. With OCTANTS, the tree is
 // stored eight times, once for each direction octant. The child that is nearer to rays of the octant comes
 // first; the thesis has one order for all rays. With `shared_subtrees`, the copies share the lower part of
 // the tree (methods/bvh/shared_subtrees.glsl, the file <subtrees>). With `entry_points`, a ray walks only

@@ -2,7 +2,7 @@
 // stages/entry_points.frag). A beam bounds the rays of the tile and descends into the nodes that it meets.
 // Three kinds of these nodes become entries instead: leaves, portals (links to shared subtrees), and nodes
 // that fewer than about half of the beam's rays meet. If the list is full, or the beam has visited
-// MOST_VISITS nodes, the last entry stands for the whole rest of the walk.
+// MOST_VISITS nodes, the last entry represents the whole rest of the walk.
 //
 // Departure: a tile has a list of nodes; the paper's tile has one node. In a BVH, a single node for all
 // rays of a tile would often be the root.

@@ -45,7 +45,7 @@ void take_turn(int r) {
 void start_walk();
 void walk_on(int most);
 
-// Begin the turn's walk: go from the start node to the first leaf.
+// Begin the turn: walk from the start node to the first leaf.
 void begin_turn() {
     find_neighbourhood();
     EACH(take_turn)

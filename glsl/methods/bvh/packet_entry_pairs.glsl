@@ -1,7 +1,8 @@
 // Finds the entry of packets in a BVH whose nodes hold the boxes of both children, after Reshetov et al.
 // 2005 (see stages/packet_entries.frag). A beam bounds the rays of a tile. The beam descends into the
 // nearer child as long as about half of the rays or more meet this child. It pushes each farther child that
-// it meets. The packets of the tile start at the node that the beam reached, with the beam's stack.
+// it meets, and pops a node if it misses both children. The packets of the tile start at the node that the
+// beam reached, with the beam's stack.
 
 #include "core/quantised.glsl"
 #include "methods/bvh/bvh_pairs.glsl"

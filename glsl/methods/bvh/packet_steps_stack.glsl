@@ -27,8 +27,8 @@ void go_on() {
     }
 }
 
-// A visit of an inner node tests the boxes of its children. If the root is a leaf, skip the visit and go on
-// to the leaf's triangles.
+// A visit of an inner node tests the boxes of its children. If the root is a leaf, skip the visit and begin
+// the leaf.
 void traverse() {
     packet.far = NOTHING;
     if (!is_leaf(node)) {

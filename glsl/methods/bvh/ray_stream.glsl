@@ -5,15 +5,15 @@
 //
 // Departures: in the paper the SIMD units of a CPU filter the stream of one node at a time, and a stack
 // holds streams. Here a stream element is a ray with its current node, so that one pass filters the streams
-// of all nodes. The element also holds the t at which the ray enters the node. It is dropped if the ray has
-// a hit before this t. Each ray goes to its nearer child first; in the paper all rays of a stream go to the
-// same child first.
+// of all nodes. The element also holds the t at which the ray enters the node. The element is dropped if
+// the ray has a hit before this t. Each ray goes to its nearer child first; in the paper all rays of a
+// stream go to the same child first.
 
 #include "core/quantised.glsl"
 #include "methods/bvh/bvh_pairs.glsl"
 
 // Return the children whose boxes the ray meets, the nearer child first, and the t at which the ray enters
-// each box. NOTHING stands for a missed child.
+// each box. NOTHING marks a missed child.
 Visited visit(Ray ray, float t_hit, int node) {
     vec2 left = box_interval(ray, bvh_pair_left_lo(node), bvh_pair_left_hi(node));
     vec2 right = box_interval(ray, bvh_pair_right_lo(node), bvh_pair_right_hi(node));

@@ -1,7 +1,7 @@
 // Lets the eight octant copies of a threaded BVH share subtrees. A shared subtree is stored once, behind
-// the copies, in the order of the original tree. In each copy, one node, a portal, stands for the subtree.
+// the copies, in the order of the original tree. In each copy, one node, a portal, represents the subtree.
 // A walk that enters a portal continues in the shared nodes and then returns to the node behind the portal.
-// The walk keeps the node behind the portal in `after` (-1 outside shared subtrees).
+// The walk stores the node behind the portal in `after` (-1 outside shared subtrees).
 
 #define AFTER(state) state.after
 #define PORTAL(i) quantised_node_portal(i)
@@ -23,8 +23,8 @@ int below(int node, int first) {
     return is_portal(first) ? portal_code(first) : node + 1;
 }
 
-// The value of `after` when a walk moves on from a node. If `down`, the walk goes into the node's subtree,
-// else to the node `past`.
+// The value of `after` when a walk moves on from a node. If `down`, the walk enters the node's subtree,
+// else it continues at the node `past`.
 int way_out(int first, int escape, int past, bool down, int after) {
     int inside = is_portal(first) ? past : after;
     int outside = escape < 0 ? -1 : after;

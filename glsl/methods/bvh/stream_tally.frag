@@ -1,5 +1,5 @@
 #version 330 core
-// Writes the work of one element of a stream (see stream_tally.vert).
+// Writes the work of a stream element: its visits of nodes and leaves, and its triangle tests.
 
 #include <records>
 

@@ -1,8 +1,8 @@
 #version 330 core
 // Filters a ray stream: each ray tests the boxes of its node's two children. The ray's next node is the
-// nearest child that it hits, or its present node if that is a leaf. Each ray writes four flags: the next
-// node is an inner node; the ray also hits a farther child; the next node is a leaf; the ray has tested two
-// boxes.
+// nearer child that the ray meets, or the current node if this node is a leaf. Each ray writes four flags:
+// the next node is an inner node; the ray also meets the farther child; the next node is a leaf; the ray
+// has tested two boxes.
 
 #include "core/precision.glsl"
 #include "core/stream.glsl"

@@ -15,7 +15,7 @@ bool subtree_ends(State state) {
     return state.node == state.end;
 }
 
-// Go on to the first node of the next subtree.
+// Advance to the next subtree of the list, and visit its root.
 void enter(Ray ray, inout State state, inout Hit hit) {
     int code = entry_code(ivec2(gl_FragCoord.xy) / ENTRY_TILE, state.entry);
     if (code == LIST_END) {

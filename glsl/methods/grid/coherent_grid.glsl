@@ -125,7 +125,7 @@ void cross_slice(int r) {
     hi = here ? max(hi, R(upper.xy + max(from, to))) : hi;
 }
 
-// Go to the next slice. Returns false after the last slice that a ray searches.
+// Advance to the next slice. Return false after the last slice that a ray searches.
 bool enter_slice() {
     ++steps;
     slice += forward ? 1 : -1;
@@ -153,7 +153,7 @@ void leave_ray(int r) {
     any_left = any_left || rays[r].t_min < NEVER;
 }
 
-// Test the triangles of a cell, from entry `cursor` of the cell's list. Returns false when all rays are
+// Test the triangles of a cell, from entry `cursor` of the cell's list. Return false when all rays are
 // settled, or at the step limit.
 bool intersect(int cursor) {
     COUNT(leaves_visited);
@@ -183,8 +183,8 @@ bool intersect(int cursor) {
     return any_left && next < 0;
 }
 
-// Go to the next cell that lists triangles and test these triangles. Returns false when the rays of the
-// turn have finished, or at the step limit.
+// Advance to the next cell that lists triangles, and test these triangles. Return false when the rays of
+// the turn have finished, or at the step limit.
 bool step_packet() {
     int cursor = -1;
     bool on = true;

@@ -65,8 +65,8 @@ void init(Ray ray, out State state) {
     }
 }
 
-// Go to the next cell. The search ends at the last cell, or if the ray has a hit inside the current cell.
-// After a hit beyond the end of the cell the search continues, because a nearer hit may follow.
+// Advance to the next cell. The search ends at the last cell, or if the ray has a hit inside the current
+// cell. After a hit beyond the end of the cell the search continues, because a nearer hit may follow.
 void traverse(Ray ray, inout State state, inout Hit hit) {
     float t = min_component(state.t_next);
     bvec3 leaves = equal(state.t_next, vec3(t));

@@ -5,9 +5,9 @@
 // after MOST_VISITS visits. Such a node becomes an entry if the beam meets its box. Empty leaves are
 // skipped; the paper builds trees with large empty leaves.
 //
-// Departure: a tile has a list of nodes in the order of the walk; in the paper, it has one node. Rays skip
-// the space between the subtrees of the list. Each node on the stack reserves a place in the list, so the
-// list never overflows.
+// Departure: a tile has a list of nodes in the order of the walk; a tile of the paper has one node. Rays
+// skip the space between the subtrees of the list. Each node on the stack reserves a place in the list, so
+// the list never overflows.
 
 #include "core/axis.glsl"
 

@@ -1,5 +1,5 @@
-// `interval=exact`: a ray continues exactly at the end of its leaf. The same expression always computes
-// t_split. So the plane that ended the last leaf has t_split = t_min and sends the ray to its far child.
+// `interval=exact`: a ray continues exactly at the end of its leaf. One expression computes every t_split.
+// So in fp32, the plane that ended the last leaf has t_split = t_min and sends the ray to its far child.
 
 bool takes_far_child(float t_split, float t_min) {
     return t_split <= t_min;

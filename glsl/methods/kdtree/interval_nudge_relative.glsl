@@ -1,5 +1,5 @@
 // `interval=nudge-relative`, for measurements only: a ray continues a few ulp behind the end of its leaf.
-// If the rounding error of t at the plane is larger, the ray reaches the same leaf again and never ends.
+// If textures store t with fewer bits than arithmetic has, a ray may enter the same leaf again, forever.
 
 bool takes_far_child(float t_split, float t_min) {
     return t_split <= t_min;

@@ -3,9 +3,9 @@
 // overlaps the rest of the ray's interval, and descends from there.
 //
 // The same expression computes the t at which a ray leaves a box or a leaf. If an ancestor's box ends where
-// the leaf ended, the two t are equal, and the climb goes on to the next ancestor. So the climb ends
-// exactly at the ancestor whose far child comes next. The ray's new interval ends where the ray leaves the
-// ancestor's box. Otherwise, in the box's last leaf, the interval would extend beyond the box.
+// the leaf ended, the two t are equal, and the climb continues to the next ancestor. So the climb ends
+// exactly at the ancestor whose far child the ray enters next. The ray's new interval ends where the ray
+// leaves the ancestor's box. Otherwise, in the box's last leaf, the interval would extend beyond the box.
 
 #include "methods/kdtree/kd_common.glsl"
 

@@ -49,7 +49,7 @@ void search_rest(pointer node, inout State state) {
     state.phase = DOWN;
 }
 
-// Visit a node: go on to a child, or to the triangles of a leaf.
+// Visit a node: descend into a child, or begin the list of a leaf.
 void down(Ray ray, inout State state, inout Hit hit) {
     COUNT(nodes_visited);
     pointer node = state.node;

@@ -19,9 +19,9 @@ void settle(inout State state, Hit hit) {
     state.phase = hit.t < state.t_max ? DONE : ENTER;
 }
 
-// Go on to the next subtree of the list, and search it if the ray passes through the subtree's box. The
-// ray's interval in the box is computed by the same expression as the t of splits, so the intervals of
-// adjacent subtrees meet exactly.
+// Advance to the next subtree of the list, and search this subtree if the ray meets its box. The ray's
+// interval in the box is computed by the same expression as the t of splits, so the intervals of adjacent
+// subtrees meet exactly.
 void enter(Ray ray, inout State state, inout Hit hit) {
     int code = entry_code(ivec2(gl_FragCoord.xy) / ENTRY_TILE, state.entry);
     ++state.entry;

@@ -1,8 +1,8 @@
 // kd-packet: Horn, Sugerman, Houston, Hanrahan, "Interactive k-D Tree GPU Raytracing", I3D 2007 (survey,
-// section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch. Each ray keeps its
-// own interval. The packet enters a child if any ray needs the child. If rays need both children, the
-// packet enters the near child and pushes the far child. A restart begins at the root, or, with PUSH_DOWN,
-// at the deepest node that contains the unsearched part of every ray's interval (kd_push_down.glsl).
+// section 3.4, Figures 13 and 14). The rays of a packet share the node and its fetch. Each ray has its own
+// interval. The packet enters a child if any ray needs the child. If rays need both children, the packet
+// enters the near child and pushes the far child. A restart begins at the root, or, with PUSH_DOWN, at the
+// deepest node that contains the unsearched part of every ray's interval (kd_push_down.glsl).
 //
 // Addition: with SKIP_EMPTY_LEAVES a packet does not fetch a leaf whose parent marks the leaf as empty. The
 // survey does not say that Horn et al. do so.
@@ -23,7 +23,7 @@ float t_split[RAYS];
 
 int node;
 int pushed;                   // the node at which a restart begins
-bool pushing;                 // since the last start or restart, no far child went onto the stack
+bool pushing;                 // whether no far child was pushed since the last start or restart
 bool any_near;
 bool any_far;
 bool any_awake;
@@ -175,8 +175,8 @@ bool leave_leaf() {
     return any_left;
 }
 
-// Descend to a leaf, test its triangles, and go on to the next node. Return false when the rays of the turn
-// have finished, or at the step limit.
+// Descend to a leaf, test its triangles, and continue at the next node. Return false when the rays of the
+// turn have finished, or at the step limit.
 bool step_packet() {
     axis = kd_node_axis(node);
     int left = kd_node_left(node);

@@ -10,8 +10,8 @@
 //
 // Empty leaves are visited, because the survey does not say that Horn et al. skipped them. Boxes are not
 // widened. The cursor in a leaf's list and the node share a field of the state. The node of a free stack
-// entry is 0. A restart begins at the node `pushed`. With PUSH_DOWN, `pushed` follows the packet down until
-// rays need both children. Until then, the node of the stack's first entry is PUSHING.
+// entry is 0. A restart begins at the node `pushed`. With PUSH_DOWN, `pushed` is the packet's current node
+// until rays need both children. Until then, the node of the stack's first entry is PUSHING.
 
 #define node place      // in a leaf, this field holds the cursor
 #define cursor place
@@ -75,7 +75,7 @@ void begin(Packet_rays rays, inout State state, inout Hit hit) {
     state.phase = TRAVERSE;
 }
 
-// Go on to the near child if any ray needs it, else to the far child. `far` becomes the node to push, or 0.
+// Move on to the near child if any ray needs it, else to the far child. `far`: the node to push, or 0.
 void traverse(Packet_rays rays, inout State state, inout Hit hit) {
     float axis = kd_node_axis(state.node);
     float left = kd_node_left(state.node);
@@ -119,7 +119,7 @@ void push(Packet_rays rays, inout State state, inout Hit hit) {
     state.t_max_0 = state.t_far;
 }
 
-// Test a triangle with all rays, waiting rays too (Moeller and Trumbore 1997; core/moller_trumbore.glsl).
+// Test a triangle with all rays, also waiting rays (Moeller and Trumbore 1997; core/moller_trumbore.glsl).
 void intersect(Packet_rays rays, inout State state, inout Hit hit) {
     float i = reference_triangle(state.cursor);
     vec3 v0 = triangle_v0(i);
@@ -152,7 +152,7 @@ void intersect(Packet_rays rays, inout State state, inout Hit hit) {
 }
 
 // Settle a ray that has a hit before the leaf's end, or whose interval ends with the leaf. Every other ray
-// goes on at the leaf's end.
+// continues at the leaf's end.
 void leave(Packet_rays rays, inout State state, inout Hit hit) {
     vec4 after = each_chosen(lessThan(hit.t, state.t_max), vec4(NEVER), state.t_max);
     state.t_min = each_chosen(lessThan(state.t_min, state.t_max), after, state.t_min);

@@ -1,8 +1,8 @@
-// kd-packet under the schedule `step`. A ray's state holds the ray's interval. For each node on the
-// packet's stack, it also holds the t_max of the ray in this node. The packet's state holds the current
-// node, the nodes on the stack, and the node of a restart. The field `needed` is the vote of the rays: 1 if
-// a ray needs the near child, plus 2 if a ray needs the far child. packet_steps.glsl and packet_ray.glsl
-// describe the functions. An option chooses the file behind <stack_steps>.
+// kd-packet under the schedule `step`. A ray's state holds the ray's interval, and the ray's t_max in each
+// node on the packet's stack. The packet's state holds the current node, the nodes on the stack, and the
+// node of a restart. The field `needed` is the vote of the rays: 1 if a ray needs the near child, plus 2 if
+// a ray needs the far child. packet_steps.glsl and packet_ray.glsl describe the functions. An option
+// chooses the file behind <stack_steps>.
 
 #include "methods/kdtree/packet_steps.glsl"
 #include <stack_steps>

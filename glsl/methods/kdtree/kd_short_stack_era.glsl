@@ -4,7 +4,7 @@
 //      holds the list's end. This is possible because leave_leaf() sets node and t_min anew.
 //   2. No stack holds the root (node 0), so 0 marks a free entry, and no field counts the entries.
 //   3. The flag `pushing` of kd_short_stack.glsl is set only while the stack is empty. The node PUSHING in
-//      the stack's first entry stands for this flag.
+//      the stack's first entry represents this flag.
 
 #define node place      // in a leaf, this field holds the cursor
 #define cursor place

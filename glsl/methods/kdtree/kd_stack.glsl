@@ -4,8 +4,8 @@
 // hardware", SIGGRAPH Asia 2008 (survey, section 3.4). By default STACK_SIZE is at least the depth of the
 // tree. With a smaller stack, a ray stops at an overflow and is flagged.
 //
-// The array lives for one pass only. If the renderer's limit on loops makes a second pass necessary, the
-// ray goes on at its present node with an empty stack. If the stack is empty when the ray leaves a leaf,
+// The array exists for one pass only. If the renderer's limit on loops makes a second pass necessary, the
+// ray continues at its current node with an empty stack. If the stack is empty when the ray leaves a leaf,
 // the ray restarts at the root with the rest of its interval.
 
 #include "methods/kdtree/kd_common.glsl"

@@ -1,4 +1,4 @@
-// Replaces packet_short_stack_steps.glsl: without a stack, nothing has to be kept between passes.
+// Replaces packet_short_stack_steps.glsl: without a stack, there is nothing to store between passes.
 
 void clear_packet_stack() {
 }

@@ -1,6 +1,6 @@
-// Keeps the short stack of a kd packet between passes. The packet's state holds the nodes, and each ray's
+// Stores the short stack of a kd packet between passes. The packet's state holds the nodes, and each ray's
 // state holds the ray's t_max in each node. No stack holds the root, so node 0 marks a free entry. The
-// field `popped` tells the rays how many entries the last kernel popped.
+// field `popped` counts the entries that the last kernel popped.
 
 int entries(ivec4 nodes) {
     ivec4 used = ivec4(notEqual(nodes, ivec4(0)));

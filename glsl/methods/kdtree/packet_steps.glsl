@@ -1,9 +1,9 @@
-// The shared part of kd packets under the schedule `step`. The packet carries its node, its turns
-// (drivers/packet_turns.glsl), and its place in the list of a leaf. Each ray carries its own place in the
-// tree. The kernels of a packet are:
+// The shared part of kd packets under the schedule `step`. The packet's state holds its node, its turns
+// (drivers/packet_turns.glsl), and its place in the list of a leaf. Each ray's state holds the ray's place
+// in the tree. The kernels of a packet are:
 //   `traverse` visits a node.
 //   `intersect` advances in the list of a leaf, after the rays have tested a triangle.
-//   `leave` goes from a leaf to the next node.
+//   `leave` moves from a leaf to the next node.
 //   `begin` begins the next turn at the root.
 //
 // A kernel loads the places of all rays and lets the rays vote, but stores only the packet's decision. A
@@ -37,7 +37,7 @@ void note_turn(int r) {
     packet.turns |= t_turn[r] != NEVER ? 1 << octant[r] : 0;
 }
 
-// Go on with the next turn, from the root, or end the traversal.
+// Prepare the next turn, from the root, or end the traversal.
 void end_turn() {
     node = 0;
     packet.phase = rays_wait() ? BEGIN : DONE;

@@ -45,7 +45,7 @@ int beam_of(Ray ray) {
 }
 
 // Bounds on the ray's coordinate along its dominant axis, at t. The ray passes the bound `earliest` at or
-// before t, and the bound `latest` at or after t, whatever the rounding.
+// before t, and the bound `latest` at or after t, despite rounding.
 float earliest(Ray ray, float t) {
     float at = R(t * permute(ray, ray.direction).z);
     return R(permute(ray, upward(ray) ? ray.hi_origin : ray.lo_origin).z + at);

@@ -2,8 +2,8 @@
 // the intervals for the near and the far child.
 //
 // The same expression computes the t of a split plane and of a face of a box. So a ray that climbs from a
-// leaf to a far child computes exactly the interval that a stack would have kept for this child. If t_split
-// equals t_min or t_max, the ray enters both children.
+// leaf to a far child computes exactly the interval that a stack would have stored for this child. If
+// t_split equals t_min or t_max, the ray enters both children.
 
 #include "methods/kdtree/kd.glsl"
 

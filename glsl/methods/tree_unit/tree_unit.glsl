@@ -3,13 +3,13 @@
 // a node. The survey gives no details; the details here are the project's own.
 //
 // The option `criterion` chooses the file behind <criterion>. The file defines three functions. `choose`
-// gives the intervals in which the ray searches the two children of a node; an interval (x, y) is empty if
-// x > y. `interval_in` gives the interval of the ray in a node's box. `is_settled` says whether no node
-// beyond the present leaf can hold a nearer hit.
+// computes the intervals in which the ray searches the two children of a node; an interval (x, y) is empty
+// if x > y. `interval_in` computes the interval of the ray in a node's box. `is_settled` returns whether no
+// node beyond the current leaf can hold a nearer hit.
 //
-// This file handles links, leaves and the way back to parents. A stack would not work under all schedules,
-// so a ray climbs one level per step, as in kd-backtrack (Foley and Sugerman 2005). From a near child, the
-// ray goes to the far sibling if the ray meets the sibling's box before the ray's nearest hit.
+// This file handles links, leaves and the way back to parents. A stack in a local array would be lost
+// between passes, so a ray climbs one level per step, as in kd-backtrack (Foley and Sugerman 2005). From a
+// near child, the ray goes to the far sibling if it meets the sibling's box before its nearest hit.
 
 #include "core/axis.glsl"
 #include "core/pointer.glsl"
@@ -45,7 +45,7 @@ void leave_leaf(inout State state, Hit hit) {
     state.phase = is_settled(state, hit) ? DONE : CLIMB;
 }
 
-// Visit a node: go on to a child, or to the triangles of a leaf.
+// Visit a node: descend into a child, or begin the list of a leaf.
 void down(Ray ray, inout State state, inout Hit hit) {
     COUNT(nodes_visited);
     pointer node = state.node;
@@ -86,7 +86,7 @@ void intersect(Ray ray, inout State state, inout Hit hit) {
     }
 }
 
-// Go to the far sibling of a near child if the ray meets the sibling's box, else to the parent.
+// Continue at the far sibling of a near child if the ray meets the sibling's box, else climb to the parent.
 void climb(Ray ray, inout State state, inout Hit hit) {
     COUNT(nodes_visited);
     pointer node = state.node;

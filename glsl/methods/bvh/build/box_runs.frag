@@ -2,7 +2,7 @@
 // Element i is the box around the triangles in a run of slots (positions in the order of the triangles):
 // `run` consecutive slots from slot i on. This pass joins the boxes of four consecutive runs to the box of
 // a run four times as long. For a run that would begin beyond the last slot, the box of the last slot is
-// used. It changes neither minimum nor maximum.
+// used. This box changes neither minimum nor maximum.
 
 #include <records>
 #include "core/stream.glsl"

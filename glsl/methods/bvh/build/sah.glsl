@@ -8,7 +8,7 @@
 // process small nodes in local queues.
 
 const float FAR = 3e38;
-const int IN_ORDER = 3;   // in place of an axis: halve the node's list of triangles in its present order
+const int IN_ORDER = 3;   // in place of an axis: halve the node's list of triangles in its current order
 
 float half_area(vec3 lo, vec3 hi) {
     vec3 size = max(hi - lo, 0.0);

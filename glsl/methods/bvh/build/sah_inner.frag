@@ -1,5 +1,5 @@
 #version 330 core
-// Flags those nodes of the level that are split.
+// Flags the nodes of the level that are split.
 
 #include <records>
 #include "core/stream.glsl"

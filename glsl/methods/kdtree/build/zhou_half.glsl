@@ -1,5 +1,5 @@
 // Computes the part of a piece (zhou.glsl) on one side of a plane. If the piece lies on both sides, its new
-// box is the box of the triangle's part on this side, cut to the old box.
+// box is the box of the triangle's part on this side, widened by `slack` and cut to the old box.
 
 #include "methods/kdtree/build/zhou.glsl"
 
@@ -10,7 +10,7 @@ bool lies_in(Piece piece, int axis, float plane, int side) {
     return side == 0 ? lo < plane || hi <= plane : hi > plane;
 }
 
-// Replace the piece by its part on one side. Returns false if this part is empty.
+// Replace the piece by its part on one side. Return false if this part is empty.
 bool take_half(inout Piece piece, int axis, float plane, int side) {
     if (!lies_in(piece, axis, plane, side)) {
         return false;

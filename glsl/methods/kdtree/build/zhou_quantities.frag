@@ -1,6 +1,6 @@
 #version 330 core
-// Writes counts for a scan: x is the number of pieces (zhou.glsl) of a large node, and w of its chunks; y
-// is the number of pieces of a small node, and z is 1 if it has any. Other counts are 0.
+// Writes counts for a scan: x counts the pieces (zhou.glsl) of a large node, and w counts its chunks. y
+// counts the pieces of a small node, and z is 1 if y is above 0. Other counts are 0.
 
 #include <records>
 #include "core/stream.glsl"
