@@ -101,6 +101,7 @@ class FirstHits(DriverBase):
         self._tables: dict[str, moderngl.Texture] = {}
         self._span = self.kept["span"] = Rectangles(gpu, 3)
         self.proved = True     # False: hits are only verified
+        self._passes = 0       # of the current image, without the traced rays
 
     def take(self, triangles: np.ndarray, driver: Driver) -> None:
         """Use these triangles and this driver from now on.
@@ -133,7 +134,7 @@ class FirstHits(DriverBase):
             return self._all(rays, buffers, statistics)
         context = self.gpu.context
         final = buffers.side(0)
-        image = self._image_for(buffers, final)
+        image, self._passes = self._image_for(buffers, final), 0
         try:
             drawn = self._sieve(view)
             self._draw(image, drawn, view)
@@ -148,10 +149,10 @@ class FirstHits(DriverBase):
             context.enable_only(moderngl.NOTHING)
         doubt = np.flatnonzero(np.frombuffer(image.doubt.read(alignment=1), np.uint8))
         note_moved(image.doubt, down=rays.size[0] * rays.size[1])
+        statistics.passes += self._passes
+        statistics.draw_calls += self._passes
         if len(doubt) > MOST_IN_DOUBT * rays.size[0] * rays.size[1]:
             return self._all(rays, buffers, statistics)
-        statistics.passes += 8
-        statistics.draw_calls += 8
         self._count(statistics, rays, len(doubt), len(drawn), rivals)
         return final, self._trace(doubt, rays, final, statistics)
 
@@ -189,6 +190,7 @@ class FirstHits(DriverBase):
         program.set(**view, last_element=self.count - 1)
         self._span.write(span(0, self.count))
         program.draw(self._flags, self._tables, rectangles=self._span)
+        self._passes += 1
         flags = np.frombuffer(self._flags.read(components=1, alignment=1), np.uint8)
         note_moved(self._flags.color_attachments[0], down=flags.nbytes)
         return np.flatnonzero(flags[:self.count])
@@ -199,6 +201,7 @@ class FirstHits(DriverBase):
         context.depth_func = "<"
         self.gpu.clear(image.drawn, -1.0, depth=1.0)
         self._row_pass("first_drawn", "row", 3).draw(image.drawn, self._tables, drawn, view)
+        self._passes += 1
 
     def _verify(self, image: FirstImage, rays: RayTextures, view: dict[str, object]) -> None:
         self.gpu.context.enable_only(moderngl.NOTHING)
@@ -208,11 +211,13 @@ class FirstHits(DriverBase):
         program.set(**view, **rays.uniforms())
         program.draw(image.proved if self.proved else image.verified, {
             **self._tables, **rays.samplers(), "candidates": image.candidates})
+        self._passes += 1
         if not self.proved:
             return
         for name, reads, target in (("first_packed", SHOWN, image.fours),
                                     ("first_blocks", SHOWN_FOUR, image.blocks)):
             self._full_screen(name, (reads,), (target.record,)).draw(target, image.samplers())
+            self._passes += 1
 
     def _rivals(self, image: FirstImage, rays: RayTextures, final: Target, drawn: np.ndarray,
                 view: dict[str, object]) -> list[np.ndarray]:
@@ -250,6 +255,7 @@ class FirstHits(DriverBase):
             program.draw(room[1], {
                 **self._tables, **rays.samplers(), **final.samplers(), **image.samplers(),
                 **room[0].samplers()}, rectangles=self._span)
+            self._passes += 1
         read = room[1].framebuffer.read((0, 0, TABLE_WIDTH, rows), components=4, dtype="f4")
         note_moved(room[0].textures[0], down=len(read))
         return VERDICT.unpack(np.frombuffer(read, np.float32).reshape(-1, 1, 4)[:count])
@@ -261,6 +267,7 @@ class FirstHits(DriverBase):
         self._row_pass("first_doubt", "part", 6, (rays.record, HIT)).draw(
             image.doubted, {**self._tables, **rays.samplers(), **final.samplers()}, rivals,
             {**view, **rays.uniforms(), "part_side": side})
+        self._passes += len(rivals) > 0
 
     def _trace(self, doubt: np.ndarray, rays: RayTextures, final: Target,
                statistics: Statistics) -> int:

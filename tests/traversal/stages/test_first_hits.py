@@ -212,3 +212,16 @@ def test_statistics_log_what_the_rasteriser_draws() -> None:
         origins, directions = tracer.scene.camera.rays((4, 4))
         tracer.trace_all(origins, directions)
         assert tracer.statistics.pass_log and tracer.statistics.texture_bytes
+
+
+@pytest.mark.parametrize("first_hits", ["verified", "rasterised"])
+@pytest.mark.parametrize("shape", ["fans", "slivers"])
+def test_each_pass_is_counted(precise_renderer, shape: str, first_hits: str) -> None:
+    """The statistics count the passes that an observer sees, without the pass that makes the eye
+    rays. (They once counted 8 passes of the rasteriser for each picture.)"""
+    with rt.Tracer(scene_of(SHAPES[shape](200, seed=1)), "bvh-threaded") as tracer:
+        with tracer.observe() as passes:
+            tracer.eye_hits(size=SIZE, first_hits=first_hits)
+        drawn = [one for one in passes if one.label != "drivers/eye_rays.frag"]
+        assert tracer.statistics.passes == len(drawn) > 2
+        assert first_hits == "verified" or tracer.statistics.first_hits["rivals"] > 0
