@@ -7,12 +7,12 @@
 //
 // Departure: a turn includes only the waiting rays that begin within REACH of the first waiting ray, on
 // every axis. If a silhouette splits a packet's shadow rays, bounds around all these rays would contain
-// most of the scene, and the packet would walk through most of the tree.
+// most of the scene. The packet would then walk through most of the tree.
 
 #define TESTERS(f) f(0);   // calls f once for a box: one test serves all rays of the packet
 
-// REACH is a share of the scene's largest side: the best of 0.1, 0.01 and 0.001 for shadow rays in the
-// kitchen and on the bunny, on a software renderer.
+// REACH is a share of the scene's largest side. It is the best of 0.1, 0.01 and 0.001 for shadow rays in
+// the kitchen and on the bunny, on a software renderer.
 const float REACH = 0.01;
 
 vec3 first_origin;   // bound of the origins from which rays measure the box corner that they meet first
@@ -153,8 +153,8 @@ vec3 ends_by_sign(vec3 a, vec3 positive, vec3 negative) {
                 end_by_sign(a.z, positive.z, negative.z));
 }
 
-// Return an interval of t, from x to y, that contains the part of each ray that lies in the box and is
-// still to be searched. The interval is empty if x > y.
+// Return an interval of t, from x to y. It contains the part of each ray that lies in the box and is still
+// to be searched. The interval is empty if x > y.
 vec2 searched(int r, vec3 lo, vec3 hi) {
     vec3 a = R(met_first(lo, hi) - first_origin);
     vec3 b = R(met_last(lo, hi) - last_origin);

@@ -1,5 +1,5 @@
-// Layout of hits in render targets: a target holds one of the four numbers of a hit, for four rays that are
-// neighbours in a row of the image. This is the order of the host's arrays.
+// Layout of hits in render targets: a target holds one of the four numbers of a hit, for four rays. These
+// rays are neighbours in a row of the image. This is the order of the host's arrays.
 
 #define TARGET vec4
 #define TARGET_SAMPLER sampler2D

@@ -8,9 +8,9 @@
 //   `eta` bounds the error of a projected corner, both here and in the test. It covers the rounding of the
 //   corner's position relative to the eye, of the ray's direction, and of the shear.
 //   `beyond` bounds how far outside an edge of length l an accepted ray may pass. The rounding of the edge
-//   function allows 2^-19 (m `ratio`)^2 / l, where m is the longest edge and `ratio` the greatest depth of
-//   a corner divided by the least. A short edge would get a large bound. But beyond a short edge, the other
-//   two edges and the triangle's bounding box enclose a small area, so 8 l `ratio` is a bound, too.
+//   function allows 2^-19 (m `ratio`)^2 / l. Here m is the longest edge, and `ratio` is the greatest depth
+//   of a corner divided by the least. A short edge would get a large bound. But beyond a short edge, the
+//   other two edges and the triangle's bounding box enclose a small area, so 8 l `ratio` is a bound, too.
 // A triangle is `cut` if a corner is less than `nearest` deep. Such a corner has no exact position in the
 // image, so first_rivals.frag replaces the edges of a cut triangle by planes through the eye. There, the
 // bound on the rounding of `test_triangle` grows with the square of `reach`, because this test multiplies

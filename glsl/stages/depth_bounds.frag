@@ -15,8 +15,8 @@ flat in vec3 corner_a;
 flat in vec3 corner_b;
 flat in vec3 corner_c;
 
-// Return three numbers for the plane through an edge and the eye: the least and the greatest height of the
-// tile's four corner directions over the plane, and a bound on the error of these heights.
+// Return the least and the greatest height of the tile's four corner directions over the plane through an
+// edge and the eye, and a bound on the error of these heights.
 vec3 edge_heights(vec3 a, vec3 b, float sign, float size, vec3 d[4], float longest) {
     vec3 edge = b - a;
     vec3 normal = sign * cross(a, edge);

@@ -1,9 +1,9 @@
 // Finds the entry points of a tile of rays in a kd-tree, after Reshetov et al. 2005 (see
 // stages/entry_points.frag). A beam bounds the rays of the tile and descends front to back. A non-empty
-// leaf becomes an entry if the beam meets the leaf's box. The beam does not descend into an inner node if
-// fewer than about half of its rays meet the node's box, if the list has no place for both children, or
-// after MOST_VISITS visits. Such a node becomes an entry if the beam meets its box. Empty leaves are
-// skipped; the paper builds trees with large empty leaves.
+// leaf becomes an entry if the beam meets the leaf's box. The beam does not descend into an inner node in
+// three cases: fewer than about half of its rays meet the node's box, the list has no place for both
+// children, or the beam has visited MOST_VISITS nodes. Such a node becomes an entry if the beam meets its
+// box. Empty leaves are skipped; the paper builds trees with large empty leaves.
 //
 // Departure: a tile has a list of nodes in the order of the walk; a tile of the paper has one node. Rays
 // skip the space between the subtrees of the list. Each node on the stack reserves a place in the list, so
