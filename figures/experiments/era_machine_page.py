@@ -42,12 +42,13 @@ to select one of two values. An instruction of NV40 on this page means a clock o
 clock, the pipe's two units may issue several operations. Each kernel of a loop was compiled as a
 separate program. The instructions that move the state to this program's outputs therefore count,
 although the loop does not need them. Kernels of packets of 2x2 rays write only the fields that
-they change, so fewer moves count: about one in 30 instructions is such a move. Published numbers
-do not separate these causes. If a prediction misses a bar (a target below), the page cannot say
-which cause is to blame.
+they change, so fewer moves count: about one in 30 instructions is such a move. Each of these
+points can make predictions wrong, and published numbers do not show how much each contributes. So
+if predictions miss a bar (a target below), the page cannot say why.
 
-The first form of a figure's programs is scored. Most papers do not publish the order of their
-loops, so the choice of the form is an assumption too; the table also lists the other forms. In
+A *program form* is an order of the kernels in a card's program. Most papers do not publish the
+order of their loops, so the choice of a form is an assumption too. The table lists several forms
+of a figure's programs, and the first of these forms is scored. In
 `step` the program is a loop, and an iteration runs one step of each ray. In `while-while` the loop
 has an inner loop for each kernel. In `step, 256 pixels` only about 256 pixels branch together on
 NV40, as on its successor. The reason for this form: a program that needs many registers probably
@@ -206,5 +207,5 @@ def _chart(found: Sequence[PredictedRow], out: Path) -> None:
     figure.tight_layout(rect=(0, 0.04, 1, 0.97))
     save_chart(figure, out / "era_machine.png", "The time of idle lanes is shown as waiting "
                "lanes. A kernel's other time counts for the resource that bounds the kernel.",
-               "Bars show for each method which share of its predicted time each resource of a "
-               "card bounds")
+               "For each method, bars divide the predicted time into the shares that the "
+               "resources of a card bound")

@@ -1,8 +1,8 @@
 #version 330 core
 // Tests each eye ray against its candidate, the triangle that the rasteriser shows at the ray's pixel. The
 // test is the triangle test of all methods. Writes the hit's triangle, and a depth that equals the hit's
-// depth or is slightly larger (infinite without a hit). A ray that misses its candidate is in doubt; a
-// depth of -1 prevents other passes from testing this ray.
+// depth or is slightly larger (infinite without a hit). A ray that misses its candidate is in doubt: the
+// tracer's method traces it later. A depth of -1 makes the other passes skip this ray.
 
 #include "core/precision.glsl"
 #include "core/fetch.glsl"

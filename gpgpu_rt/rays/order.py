@@ -36,7 +36,7 @@ SCATTERED = 0.75
 
 
 class RayOrder:
-    """Sorted rays. Rays with an empty interval are omitted and share one empty texel.
+    """Sorted rays. Rays with an empty interval are not sorted; one empty texel stands for them.
 
     Parameters
     ----------
@@ -154,8 +154,8 @@ def _direction_codes(texels: np.ndarray) -> np.ndarray:
     next_less, second_less = np.zeros_like(negative), np.zeros_like(negative)
     np.greater_equal(size[:-1], size[1:], out=next_less[:-1])
     np.greater_equal(size[:-2], size[2:], out=second_less[:-2])
-    # Each component has a byte with three bits of the code. The mask drops the last channel's byte
-    # and all comparisons with this channel.
+    # Each component has a byte with three flags. The mask drops the last channel's byte and all
+    # comparisons with this channel: three bits of x, two of y and one of z remain.
     code = negative.view("<u4") | next_less.view("<u4") << 1 | second_less.view("<u4") << 2
     code &= 0x010307
     code *= 1 << 16 | 1 << 11 | 1 << 5      # gathers the bits of the three bytes from bit 16 up

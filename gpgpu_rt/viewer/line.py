@@ -34,7 +34,7 @@ def _heat(viewer: Viewer) -> tuple[str, str]:
              f"--size={width}x{height}", *camera_words(viewer.view, viewer.scene.camera),
              f"--output={viewer.scene.name}-heat.png"]
     return (shlex.join(["gpgpu-rt", *words]),
-            "draws the same counts on the same scale; whole maps stand side by side, with titles")
+            "draws the same counts on the same scale, each map whole and with a title")
 
 
 def _passes(viewer: Viewer) -> tuple[str, str]:

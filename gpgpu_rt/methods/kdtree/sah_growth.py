@@ -46,8 +46,8 @@ def grow(level: KdLevel, depth: int, vertices: np.ndarray | None, rules: Rules,
     Parameters
     ----------
     depth : depth of the level
-    vertices : (3, 3, n) float32, indexed by vertex, axis and triangle, to clip a triangle on both
-        sides of a split to each child. None: only the triangle's box is cut
+    vertices : (3, 3, n) float32, indexed by vertex, axis and triangle: a triangle that lies on
+        both sides of a split is clipped to each child. None: only the triangle's box is cut
     enough : stop before the first level with at least this many nodes; None never stops early
 
     Returns

@@ -88,7 +88,8 @@ class RayBundles:
         self.layers = 0
         lo, hi = (corner.astype(np.float64) for corner in scene.bounds)
         self._centre, self._reach = (lo + hi) / 2, max(float(np.linalg.norm(hi - lo)) / 2, 1e-30)
-        self.pixel_size = 2 * self._reach / (resolution - 2)     # spare pixels allow for shifts
+        # Two pixels are spare, because `_bundles` shifts each grid of pixels by a part of a pixel.
+        self.pixel_size = 2 * self._reach / (resolution - 2)
         with self.gpu:
             self._tables = table_textures(self.gpu, TRIANGLE,
                                           triangle_table(self.triangles)[TRIANGLE.name])
