@@ -142,7 +142,7 @@ class EraDriver(MethodDriver):
         return found
 
     def generated(self, rays: RayTextures, statistics: Statistics) -> RayTextures:
-        """Return copies of the rays; tiny numbers replace the zero components of directions."""
+        """Return copies of the rays. A tiny number replaces components of directions near 0."""
         rays.complete()
         mine = self.keep("rays", lambda: rays.like(rays.size), lambda old: old.fits(rays))
         program = self.program("rays", lambda: FullScreenPass(

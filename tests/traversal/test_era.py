@@ -93,8 +93,8 @@ def test_passes_can_be_watched(scenes, name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_rays_along_an_axis_end(scenes, name):
-    """The search of a ray with zero components ends, although the inverse of zero is infinite, and
-    zero times infinity is NaN."""
+    """The search of a ray with zero components ends: a tiny number replaces each zero, because the
+    inverse of zero is infinite, and zero times infinity is NaN."""
     scene = scenes["cornell"]
     lo, hi = scene.bounds
     at = np.linspace(lo, hi, 9)[:, None] * [1.0, 1.0, 0.0] + [0, 0, lo[2] - 1]
