@@ -57,18 +57,18 @@ lane of G80 loads nodes and triangles in a memory transaction of its own. These 
 texture cache. In `passes` each pass runs one kernel, and the early depth test rejects each quad of
 pixels without a waiting ray. In `packets` the 32 rays of a packet are the lanes of a warp. Each
 lane runs the kernels of a single ray at every node of its packet, and the warp loads a node or a
-triangle once. The packet visits the nodes that its two halves of 4x4 rays visit, in an order that
-is not known. Votes and the shared stack are left out. On R580 a fragment traces a packet of 2x2
-rays. Each component of a vector belongs to one of the four rays, and 48 packets branch together.
+triangle once. No packet of 32 rays was traced: the nodes come from traces of its two halves of 4x4
+rays, which do not tell in which order the whole packet visits the nodes. Votes and the shared
+stack are left out. On R580 a fragment traces a packet of 2x2 rays. Each component of a vector belongs to one of the four rays, and 48 packets branch together.
 """
 PARTS = """The survey shows the papers' images only as small pictures and does not state their
 views. Cornell University's data and BART's files publish a view. Our images of cornell, kitchen
 and robots have these views; their lights are chosen here. So shadow rays, and the whole images of
 Figure 20, do not count as rays of a published view. The views of bunny and conference are
-chosen here, and our conference room is another edition. A published time of brute force is too
-short if the card cannot issue three dot products for each triangle test within this time.
-All eye rays start at the same point, so a part of the test can be computed once for each triangle.
-Even then a test needs three dot products.
+chosen here, and our conference room is another edition. A row of the table leaves out published
+times of brute force that are too short to test every triangle. All eye rays start at the same
+point, so a part of the test can be computed once for each triangle. Even then a test needs three
+dot products. A time is too short if the card cannot issue these dot products within it.
 """
 BY_METHOD = """A median of 1 means that the predicted times are twice the published times, and a
 median of -1 that they are half the published times.

@@ -42,7 +42,8 @@ class RayOrder:
     ----------
     planes : (n, 4) float32 for each texel of RAY_TEXELS
     bounds : the scene's (lo, hi)
-    precision : the precision of textures; rounding may turn an empty interval into a single t
+    precision : the precision of textures. Rounding may make t_min and t_max equal; the interval
+        then contains one t, and its ray is sorted
 
     Attributes
     ----------

@@ -148,8 +148,8 @@ class RayBundles:
         else:
             own += self.emission[:, None]
         reflected = self.albedo[:, None] / np.pi
-        # The first exchange carries the direct light of lamps and sky. Omit this exchange if
-        # shadow rays already computed all direct light.
+        # The first exchange carries the direct light that shadow rays did not find: the sky's and,
+        # unless ``straight`` is "traced", the lamps'. Omit it if shadow rays found all light.
         brought = self.straight == "traced" and self.scene.environment is None
         self.leave(own + reflected * lit if brought else own)
         for _ in range(bounces + (not brought)):
