@@ -59,7 +59,8 @@ pixels without a waiting ray. In `packets` the 32 rays of a packet are the lanes
 lane runs the kernels of a single ray at every node of its packet, and the warp loads a node or a
 triangle once. No packet of 32 rays was traced: the nodes come from traces of its two halves of 4x4
 rays, which do not tell in which order the whole packet visits the nodes. Votes and the shared
-stack are left out. On R580 a fragment traces a packet of 2x2 rays. Each component of a vector belongs to one of the four rays, and 48 packets branch together.
+stack are left out. On R580 a fragment traces a packet of 2x2 rays. Each component of a vector
+belongs to one of the four rays, and 48 packets branch together.
 """
 PARTS = """The survey shows the papers' images only as small pictures and does not state their
 views. Cornell University's data and BART's files publish a view. Our images of cornell, kitchen
