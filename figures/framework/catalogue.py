@@ -66,7 +66,8 @@ def figure_of(name: str) -> Any:
     """Return the `Comparison` FIGURE of a figure's module, or the module if it has no FIGURE.
 
     The result has ``cells(full)`` and ``draw(data, out, full)``. ``draw`` writes out/NAME.csv, .md
-    and .png.
+    and .png. A measured figure also has ``judge(data, full)``, from which pages.py gets the
+    figure's verdict.
     """
     folder = survey if of_survey(name) else experiments
     found = next(module.name for module in iter_modules(folder.__path__)

@@ -1,5 +1,5 @@
 // Boxes are widened so that rounding never loses a box that contains a hit. Instead of moving the boxes,
-// the setup of a ray shifts the origins from which the ray measures their corners.
+// the setup of a ray (core/ray.glsl) shifts the origins from which the ray measures their corners.
 //
 // Let u be the unit roundoff ARITHMETIC_UNIT, and M the largest distance along any axis from the ray's
 // origin to a point of the scene. A distance along one axis does not bound the error along this axis,

@@ -25,17 +25,14 @@ from .choices import COHERENT, INCOHERENT, PASSING, RAYS, Choice, Choices
 FORMAT = 2
 ONE_CHOICE = 1    # the older format, which has one choice for all rays
 # The choices for a scene that was not tuned. Both give exact hits, and no other choice that does
-# was found to be much faster. Sorted packets of two rays are faster than single rays for arrays of
-# incoherent rays, and as fast for pictures of the integrator `path`, whose rays the host cannot
-# sort; larger packets are slower there (docs/notes/schedules.md). For entry points see
-# docs/notes/bvh.md. interval_test is off: it makes packets of mirror rays, which count as
-# coherent, slower than single rays.
-_TREE = {"octants": True, "quantise_nodes": 16}
+# was found to be much faster. Packets trace coherent rays faster than single rays do, but
+# incoherent rays more slowly (docs/notes/schedules.md); for entry points see docs/notes/bvh.md.
+# interval_test is off: it makes packets of mirror rays, which count as coherent, slower than
+# single rays.
 SAFE_DEFAULT = {
-    COHERENT: ("bvh-packet", {"packet": (4, 2), **_TREE, "entry_points": 32}),
-    INCOHERENT: ("bvh-packet", {"packet": (2, 1), **_TREE, "presort": True})}
-# The choice for all rays, if the caller's options exclude packets.
-SINGLE = ("bvh-threaded", _TREE)
+    COHERENT: ("bvh-packet", {"packet": (4, 2), "octants": True, "quantise_nodes": 16,
+                              "entry_points": 32}),
+    INCOHERENT: ("bvh-threaded", {"octants": True, "quantise_nodes": 16})}
 
 
 @dataclass(frozen=True)
@@ -140,7 +137,7 @@ def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
 
     Cached settings are used if they allow the caller's options; otherwise SAFE_DEFAULT with these
     options. If the coherent default does not accept the options, first its entry points are
-    dropped. A default that still does not accept the options is replaced by SINGLE.
+    dropped. If that does not help, the incoherent default serves all rays.
     """
     found = find(scene, renderer)
     if found is not None:
@@ -148,21 +145,19 @@ def automatic(scene: Scene, renderer: str, options: Mapping[str, Any]
             return found.choices.with_options(options, "the settings file"), found
         except OptionError as failure:
             _warn_of_default(failure, 3)
-    coherent, incoherent, single = (Choice(method, {**own, **options}) for method, own in (
-        SAFE_DEFAULT[COHERENT], SAFE_DEFAULT[INCOHERENT], SINGLE))
+    coherent, incoherent = (Choice(SAFE_DEFAULT[rays][0], {**SAFE_DEFAULT[rays][1], **options})
+                            for rays in RAYS)
     plain = Choice(coherent.method, {name: value for name, value in coherent.options.items()
                                      if name != "entry_points" or name in options})
     try:
-        single.resolved()
+        incoherent.resolved()
     except OptionError as failure:
-        raise OptionError(f"method auto uses {coherent.method}, or {single.method} where packets "
-                          f"do not fit: {failure}; or name the method that has the option"
-                          ) from failure
-
-    def fitting(*candidates: Choice) -> Choice:
-        return next((choice for choice in candidates
-                     if find_method(choice.method).takes(choice.options)), single)
-    return Choices(fitting(coherent, plain), fitting(incoherent)), None
+        raise OptionError(f"method auto uses {coherent.method} for coherent rays and "
+                          f"{incoherent.method} for other rays: {failure}; or name the method "
+                          "that has the option") from failure
+    fitting = next((choice for choice in (coherent, plain)
+                    if find_method(choice.method).takes(choice.options)), incoherent)
+    return Choices(fitting, incoherent), None
 
 
 def _warn_of_default(failure: Error, level: int) -> None:

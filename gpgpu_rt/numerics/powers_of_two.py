@@ -1,6 +1,6 @@
 """Powers of two: finds the exponents of float32 values, and scales values by powers of two.
 
-The results equal those of numpy's ``frexp`` and ``ldexp``, which take 7 to 10 times as long.
+The results equal those of numpy's ``frexp`` and ``ldexp``, which take 7 to 12 times as long.
 """
 from __future__ import annotations
 

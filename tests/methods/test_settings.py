@@ -222,8 +222,7 @@ def test_commands_use_settings(capsys, tmp_path, monkeypatch) -> None:
     trace = ["trace", "cornell", str(tmp_path / "random.npz"), "-o", str(tmp_path / "hits.npz")]
     assert cli.main([*trace, "-m", "auto", "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
-    assert report["method"] == report["statistics"]["method"] == "bvh-packet"
-    assert report["options"]["presort"]
+    assert report["method"] == report["statistics"]["method"] == "bvh-threaded"
     assert report["statistics"]["choice"] == "incoherent"
     packets = Choices(Choice("bvh-packet"), grid.incoherent)
     settings.Settings(settings.describe(scene), open_gpu().renderer, packets).save(path)

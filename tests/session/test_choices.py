@@ -267,14 +267,13 @@ def test_a_tracer_with_two_choices_cannot_be_deformed() -> None:
 
 
 def test_the_default_pair(scene) -> None:
-    """Without settings, `auto` traces packets of coherent rays, and packets of sorted rays."""
+    """Without settings, `auto` traces coherent rays in packets, and all other rays singly."""
     with rt.Tracer(scene, "auto") as tracer, rt.Tracer(scene, "brute-force") as truth:
         assert tracer.settings is None
         for rays, given, method in ((COHERENT, eye(scene), "bvh-packet"),
-                                    (INCOHERENT, random(scene), "bvh-packet")):
+                                    (INCOHERENT, random(scene), "bvh-threaded")):
             assert_same_bits(truth.trace(*given), tracer.trace(*given))
             assert took(tracer) == (rays, method, method) and tracer.options["octants"]
-            assert tracer.options["presort"] == (rays == INCOHERENT)
     with rt.Tracer(scene, "auto", schedule="step") as tracer:     # entry points are dropped
         tracer.trace(*eye(scene))
         assert took(tracer) == (COHERENT, "bvh-packet", "bvh-packet")

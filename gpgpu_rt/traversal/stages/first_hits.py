@@ -101,7 +101,7 @@ class FirstHits(DriverBase):
         self._tables: dict[str, moderngl.Texture] = {}
         self._span = self.kept["span"] = Rectangles(gpu, 3)
         self.proved = True     # False: hits are only verified
-        self._passes = 0       # of the current image, without the traced rays
+        self._passes = 0       # passes drawn for the current image, except passes that trace rays
 
     def take(self, triangles: np.ndarray, driver: Driver) -> None:
         """Use these triangles and this driver from now on.
