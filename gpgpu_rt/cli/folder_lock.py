@@ -18,7 +18,7 @@ class FolderLock:
     Parameters
     ----------
     folder : the folder, created if it is missing
-    purpose : the output that needs the folder; error messages name the output
+    purpose : the file or folder that the run writes; error messages name it
 
     Raises
     ------
@@ -40,8 +40,8 @@ class FolderLock:
             except OSError as failure:
                 raise Error(f"cannot create the folder {folder}: {failure.strerror}") from failure
             if fault:
-                raise Error(f"{folder} {fault}, but finished parts of the output must be kept "
-                            "there; remove it, or give the output another name")
+                raise Error(f"{folder} {fault}, but the finished parts of {purpose} must be "
+                            "kept there; remove the folder, or write to another place")
             try:
                 self._file = open_lock(self._path)
             except FileNotFoundError:
@@ -49,7 +49,7 @@ class FolderLock:
             if not _locked(self._file):
                 self._file.close()
                 raise Error(f"another run is writing {purpose} and has locked {folder}; wait for "
-                            "its end, stop it, or give the output another name")
+                            "its end, stop it, or write to another place")
             with contextlib.suppress(FileNotFoundError):
                 if os.path.samestat(os.fstat(self._file.fileno()), self._path.stat()):
                     return

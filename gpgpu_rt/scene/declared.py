@@ -200,7 +200,7 @@ def _accessor_bytes(k: int, entry: Mapping[str, Any], views: Any, there: int) ->
 
 def _whole(value: Any) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-        raise ValueError(f"its JSON says {str(value)[:40]} where a whole number belongs")
+        raise ValueError(f"its JSON has {str(value)[:40]} instead of a whole number")
     return value
 
 

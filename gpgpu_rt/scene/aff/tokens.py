@@ -45,7 +45,7 @@ class Tokens:
         """Return the next word, which error messages call ``what``."""
         found = self.peek
         if not found:
-            raise self.error(f"the file ends where {what} belongs")
+            raise self.error(f"expected {what}, but the file ends")
         self.at += 1
         return found
 
@@ -57,7 +57,7 @@ class Tokens:
         """Return the next word, which must be one of ``words``."""
         found = self.text(" or ".join(words))
         if found not in words:
-            raise self.error(f"{shortened(found)} stands where {' or '.join(words)} belongs",
+            raise self.error(f"expected {' or '.join(words)}, but found {shortened(found)}",
                              self.at - 1)
         return found
 
@@ -77,7 +77,7 @@ class Tokens:
         """Return the indices of the next ``count`` words, and consume them."""
         first = self.at
         if first + count > len(self._words):
-            raise self.error(f"the file ends where {what} belongs", len(self._words))
+            raise self.error(f"expected {what}, but the file ends", len(self._words))
         self.at += count
         return range(first, self.at)
 
