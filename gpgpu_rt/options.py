@@ -32,6 +32,7 @@ class Option:
         macro if it is true. A number is the macro's value. A word such as ``fast`` defines a macro
         whose name ends with ``_FAST``.
     relaxed : Choices that only measurements use: with them, a search may lose hits.
+    tried : Values of a number that `tune` tries beside the default.
     excludes : If this option differs from its default, these options must have their defaults.
     schedules : The schedules that allow a value other than the default. Empty for all schedules.
     goes_with : (name, values) of another option. With other values, this option has no meaning.
@@ -54,6 +55,7 @@ class Option:
     optional: bool = False
     define: str | None = None
     relaxed: tuple[Any, ...] = ()
+    tried: tuple[Any, ...] = ()
     excludes: tuple[str, ...] = ()
     schedules: tuple[str, ...] = ()
     goes_with: tuple[str, tuple[Any, ...]] | None = None

@@ -1,7 +1,8 @@
 """Candidates of `tune`: a candidate is a method with values for its knobs.
 
-An option of a method or of the tracer is a knob if it has choices or is a switch, with a few
-exceptions (`_is_knob`). A new option with choices becomes a knob when it is declared.
+An option of a method or of the tracer is a knob if it has choices, is a switch, or names values
+to try (``tried``), with a few exceptions (`_is_knob`). So a new option becomes a knob when it is
+declared.
 """
 from __future__ import annotations
 
@@ -116,10 +117,11 @@ def _own_schedule(method: str) -> str:
 
 
 def _is_knob(option: Option) -> bool:
-    """Return whether an option is a knob: it has choices or is a switch, _NO_KNOBS does not name
-    it, and it does not require other options to have their defaults (``excludes``)."""
+    """Return whether an option is a knob: it has choices, is a switch or names values to try,
+    _NO_KNOBS does not name it, and it does not require other options to have their defaults
+    (``excludes``)."""
     return (option.name not in _NO_KNOBS and not option.excludes
-            and (option.choices is not None or option.kind is bool))
+            and (option.choices is not None or option.kind is bool or bool(option.tried)))
 
 
 def _is_for_accuracy(option: Option) -> bool:
@@ -129,7 +131,11 @@ def _is_for_accuracy(option: Option) -> bool:
 def _values(option: Option) -> list[Any]:
     """Return the values of a knob, the default first. If the option is ``optional``, ``None`` is a
     value."""
-    values = list(option.choices) if option.choices is not None else [False, True]
+    values = [False, True]
+    if option.choices is not None:
+        values = list(option.choices)
+    elif option.tried:
+        values = [option.default, *option.tried]
     if option.optional and None not in values:
         values.append(None)
     return sorted(values, key=lambda value: value != option.default)

@@ -184,7 +184,8 @@ class _Searcher:
             self.report(f"{start.method}: {', '.join(sorted({k for c in changes for k in c}))}")
             more = [t.candidate.changed(**change) for t in beam for change in changes]
             more = [c for c in dict.fromkeys(more) if c not in self.trials]
-            beam = _fastest(beam + self._timed(more, SCREEN, RUNS))[:BEAM]
+            beam = sorted(_fastest(beam + self._timed(more, SCREEN, RUNS)),
+                          key=lambda t: bool(t.misses))[:BEAM]     # too many bytes come last
         return beam
 
     def _settle(self, wave: list[Trial]) -> Trial | None:

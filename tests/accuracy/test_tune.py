@@ -124,6 +124,8 @@ def test_knobs_come_from_the_option_tables(method: str) -> None:
         if option.choices is not None and name not in ("era", "fixed_point", "arithmetic",
                                                        "build_device", "rasterised_bounds"):
             assert name in speed | accuracy, name
+        if option.tried:
+            assert [{name: value} for value in option.tried] in speed_knobs(method), name
     start = Candidate(method)
     for changes in speed_knobs(method) + accuracy_knobs(method):
         for change in changes:
@@ -133,6 +135,24 @@ def test_knobs_come_from_the_option_tables(method: str) -> None:
             own = start.full_options()
             assert changed.changed(**{k: own.get(k, table[k].default) for k in change}) == start
             assert bool(changed.accuracy) <= bool(set(change) & accuracy)
+
+
+def test_a_method_keeps_candidates_that_need_few_bytes(ball, monkeypatch) -> None:
+    """With a bound on bytes, faster candidates that need more bytes do not displace candidates
+    that keep the bound."""
+    searcher = tuning._Searcher(ball, Promise(**LOOSE, max_bytes=1 << 20), None, 0, 60.0,
+                                lambda line: None)
+
+    def timed(candidates: list[Candidate], size: int, runs: int) -> list[tuning.Trial]:
+        trials = [searcher._trial(candidate) for candidate in candidates]
+        for trial in trials:
+            copies = dict(trial.candidate.options).get("octants", False)
+            trial.rates[size], trial.misses = (2.0, {"bytes": 2.0}) if copies else (1.0, {})
+        return tuning._fastest(trials)
+    monkeypatch.setattr(searcher, "_timed", timed)
+    best = searcher._beam(Candidate("bvh-packet"))
+    assert len(best) == tuning.BEAM and not any(trial.misses for trial in best)
+    assert any("octants" in dict(candidate.options) for candidate in searcher.trials)
 
 
 @pytest.fixture

@@ -28,6 +28,7 @@ BUILD_OPTIONS = (
            goes_with=("build", ("lbvh", "hybrid")), label="Morton code bits"),
     Option("reinsertion", 0, "rounds of optimisation after the build, in which subtrees move to "
            "the place in the tree where they cost least", int, minimum=0, maximum=MOST_ROUNDS,
+           tried=(3,),
            goes_with=("build_device", ("cpu",)), label="optimisation rounds"),
 )
 

@@ -107,7 +107,8 @@ _OCTANTS = Option("octants", False, "store eight copies of the tree, each thread
 _SHARED = Option("shared_subtrees", None, "with octants: store a subtree of at most this many "
                  "nodes once for all eight copies; 64 halves the memory at 0.8 to 0.95 of the "
                  "speed", int,
-                 minimum=3, maximum=EXACT_INTEGER, optional=True, define="SHARED_SUBTREES",
+                 minimum=3, maximum=EXACT_INTEGER, optional=True, tried=(64,),
+                 define="SHARED_SUBTREES",
                  goes_with=("octants", (True,)), label="shared subtree size", unset=OFF)
 _QUANTISE = Option("quantise_nodes", None, "bits per bound of a box, rounded outward: smaller "
                    "nodes with the same hits; default: no quantisation", int, choices=(8, 16),
