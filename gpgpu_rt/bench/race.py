@@ -102,7 +102,9 @@ class Entry:
     def to_dict(self) -> dict[str, Any]:
         q1, median, q3 = map(float, np.quantile(self.seconds, (0.25, 0.5, 0.75))
                              * 1e9 / self.rays)
-        found = {**asdict(self), "rays_per_second": self.rays_per_second, "spread": self.spread,
+        found = {**asdict(self), "rays_per_second": self.rays_per_second,
+                 "rays_per_second_q1": 1e9 / q3, "rays_per_second_q3": 1e9 / q1,
+                 "spread": self.spread,
                  "ns_per_ray": median, "ns_per_ray_q1": q1, "ns_per_ray_q3": q3}
         for name, turns in (("over_embree", self.over), ("over_embree_wall", self.over_wall)):
             if turns:

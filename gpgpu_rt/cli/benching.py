@@ -6,13 +6,16 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from ..bench import ENGINES, NOISY, RAY_SETS, Entry, load, race, ranked, told, too_noisy, uncertain
+from ..bench import (
+    ENGINES, NOISY, RAY_SETS, Entry, load, race, ranked, table, told, too_noisy, uncertain
+)
 from ..bench.engines import EMBREE, Engine
 from ..disk.files import check_writable
 from ..errors import Error, OptionError, how_to_install, nearest_names
 from ..gl.context import Gpu, open_gpu, threads_of
 from ..gl.environment import run_facts
 from ..methods import Method, find_method, methods, taking
+from ..options import TRACER_OPTIONS
 from ..text_format import counted, number
 from .shared import (
     NONE, Collect, Command, add_methods, add_options, given_options, names, options_for,
@@ -47,7 +50,8 @@ def add_commands(command: Command) -> None:
     sub = command("bench", _bench, "time methods and today's engines on the same rays")
     sub.add_argument("scenes", nargs="+", metavar="scene", help="a scene's name or a mesh file")
     add_methods(sub, "all but " + ", ".join(row.name for row in methods()
-                                            if not _is_quick(row)))
+                                            if not _is_quick(row)),
+                "a name may have options of its own: -m 'bvh-packet octants packet=4x2'")
     sub.add_argument("--rays", type=names, default=["eye"], metavar="KIND,KIND,...",
                      help=f"kinds of rays: {', '.join(RAY_SETS)}, or all; default eye")
     sub.add_argument("--size", type=side_word, default=SIZE, metavar="PIXELS",
@@ -59,8 +63,9 @@ def add_commands(command: Command) -> None:
                      help=f"time only these engines: {', '.join(_first_words())}; or none for no "
                      "engine; default: every installed engine")
     sub.add_argument("--plot", metavar="IMAGE.png", help="draw the rates as a chart, too")
-    sub.instead["--csv"] = ("; give --json, and make a CSV file from the JSON "
-                            "(docs/how-to/compare-methods.md)")
+    sub.add_argument("--table", metavar="FILE", help="write the races as a table, too: in LaTeX "
+                     "if the name ends in .tex, or all numbers in CSV if it ends in .csv")
+    sub.instead["--csv"] = "; give --table FILE.csv"
     add_options(sub)
 
 
@@ -71,6 +76,10 @@ def _bench(chosen: argparse.Namespace) -> None:
             raise OptionError(f"--rays {kind!r}{nearest_names(kind, RAY_SETS)}")
     if chosen.plot is not None:
         _chart(chosen.plot)
+    if chosen.table is not None and (
+            check_writable(chosen.table).suffix.lower() not in table.FORMATS):
+        raise OptionError(f"--table {chosen.table}: end the file's name in "
+                          f"{' or '.join(table.FORMATS)}")
     candidates, engines = _candidates(chosen), _engines(chosen.engine)
     count = bool(given_options(chosen).get("statistics"))
     for scene in chosen.scenes:      # report a wrong name before hours of timing
@@ -105,9 +114,23 @@ def _end(chosen: argparse.Namespace, gpu: Gpu, found: Races, engines: Sequence[E
                               for one in found]})
     else:
         _print_notes(gpu, found, engines)
+    if chosen.table is not None:
+        table.write(chosen.table, [(one.facts, one.kind, one.entries) for one in found],
+                    _about(chosen, gpu))
     if chosen.plot is not None:
         _chart(chosen.plot)([(one.title, _rays(one.kind, chosen.size), one.entries)
                              for one in found], chosen.plot, _renderer(gpu))
+
+
+def _about(chosen: argparse.Namespace, gpu: Gpu) -> list[str]:
+    """Return lines about the run for a table's readers."""
+    run = run_facts(gpu, chosen.command)
+    here = run["environment"]
+    return [f"{run['command']}  ({run['date']})",
+            f"gpgpu_rt {here['version']}, commit {here['commit']}; Python {here['python']}; "
+            f"{here['system']}",
+            f"{_renderer(gpu)}, OpenGL {here['opengl']}; {here['processor']}",
+            f"{counted(chosen.runs, 'round')}, {chosen.size} x {chosen.size} pixels"]
 
 
 def _first_words() -> list[str]:
@@ -144,7 +167,7 @@ def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
     is BEST and the quick methods, without methods that do not accept the given options.
     """
     if chosen.methods:
-        named = [(name, options_for(chosen, name)) for name in chosen.methods]
+        named = [_candidate(chosen, words) for words in chosen.methods]
         for name, options in named:
             find_method(name).resolved(options)
             options.pop("statistics", None)     # `race` counts work in an untimed trace
@@ -159,6 +182,22 @@ def _candidates(chosen: argparse.Namespace) -> list[tuple[str, dict[str, Any]]]:
     best = [(name, {**own, **given}) for name, own in BEST
             if find_method(name).takes({**own, **given})]
     return [one for one in best if one not in plain] + plain
+
+
+def _candidate(chosen: argparse.Namespace, words: str) -> tuple[str, dict[str, Any]]:
+    """Return a method and its options. ``words`` is the method's name, and any options of its own
+    as in the printed table: "bvh-packet octants packet=4x2"."""
+    name, *own = words.split()
+    options = options_for(chosen, name)
+    known = {option.name: option for option in TRACER_OPTIONS + find_method(name).options}
+    for word in own:
+        option, _, value = word.partition("=")
+        option = option.replace("-", "_")
+        if option not in known:
+            raise OptionError(f"-m {words!r}: method {name} has no option {option!r}"
+                              + nearest_names(option, known))
+        options[option] = known[option].parse(value or "true")
+    return name, options
 
 
 def _print(scene: str, kind: str, entries: list[Entry], size: int) -> None:

@@ -81,17 +81,19 @@ def add_method(sub: argparse.ArgumentParser, text: str, required: bool = False) 
                      help=text)
 
 
-def add_methods(sub: Parser, default: str | None = None) -> None:
+def add_methods(sub: Parser, default: str | None = None, more: str = "") -> None:
     """Declare ``-m`` for several methods; ``chosen.methods`` is their list.
 
     ``default`` says in the help what applies without ``-m``. If ``default`` is None, ``-m`` is
-    required. Otherwise, ``chosen.methods`` is None if the user gives no ``-m``.
+    required. Otherwise, ``chosen.methods`` is None if the user gives no ``-m``. ``more`` is a
+    further part of the help.
     """
     sub.listed = [row.name for row in methods()]
     sub.add_argument("-m", "--method", "--methods", required=default is None, action=Collect,
                      dest="methods", metavar="NAME,NAME,...", type=names,
-                     help="the methods, as a list or with an -m for each"
-                     + (f"; default: {default}" if default else ""))
+                     help="; ".join(filter(None, (
+                         "the methods, as a list or with an -m for each", more,
+                         default and f"default: {default}"))))
 
 
 def word_of(name: str) -> str:

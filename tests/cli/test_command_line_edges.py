@@ -81,7 +81,7 @@ def test_a_word_in_place_of_a_number_is_explained(command: str, option: str, cap
     (["render", "cornell", "--octant-s", "-o", "x.png"], "did you mean --octants"),
     (["render", "cornell", "-m", "grid", "--octants", "-o", "x.png"], "bvh-threaded, bvh-packet"),
     (["bench", "cornell", "-m", "grid", "--rays", "rndom"], "did you mean random?"),
-    (["bench", "cornell", "--csv"], "give --json, and make a CSV file"),
+    (["bench", "cornell", "--csv"], "give --table FILE.csv"),
     (["accuracy", "cornell", "--rays", "shadow"], "'shadow' is not a whole number of 1 or more"),
     (["accuracy", "cornell", "--rays", "0"], "'0' is not a whole number of 1 or more")],
     ids=lambda value: value[0] if isinstance(value, list) else "")

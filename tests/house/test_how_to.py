@@ -5,7 +5,6 @@ stands for words that are left out. Line breaks may differ from the terminal's.
 """
 from __future__ import annotations
 
-import csv
 import os
 import subprocess
 import sys
@@ -14,8 +13,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from snippets import PAGES, Snippet, missing, snippets, without_meshes
-
-from gpgpu_rt.cli import main
 
 HOW_TO = [page for page in PAGES if page.parent.name == "how-to"]
 MOST_LINES = 100
@@ -63,37 +60,3 @@ def test_a_page_has_its_parts_and_is_short(page: Path) -> None:
         assert all(part in text for part in ("**Goal**: ", "## What can go wrong\n",
                                              "## Read more\n"))
         assert f"]({page.name})" in (page.parent / "index.md").read_text()
-
-
-def test_the_table_for_a_paper_tells_kinds_of_rays_apart(tmp_path: Path, monkeypatch,
-                                                         capsys) -> None:
-    """The recipe that turns the JSON of `bench` into tables keeps the kind and the number of rays.
-    In the JSON, both have the name ``rays``: a race has the kind, and an entry has the number. The
-    recipe marks stand-ins. Engines, and runs without --statistics, have no counts."""
-    page = next(page for page in HOW_TO if page.stem == "compare-methods")
-    recipe, = (block.text for block in snippets(page) if "bench.csv" in block.text)
-    monkeypatch.chdir(tmp_path)
-
-    def written(*words: str) -> tuple[list[dict[str, str]], list[list[str]]]:
-        """Returns the rows of the CSV file, and the cells of the lines for LaTeX."""
-        assert main(["bench", *words, "--size", "8", "--runs", "1", "--json"]) == 0
-        Path("bench.json").write_text(capsys.readouterr().out)
-        exec(recipe, {})
-        lines = capsys.readouterr().out.splitlines()
-        assert all(line.endswith(r" \\") for line in lines)
-        with open("bench.csv", newline="") as file:
-            return list(csv.DictReader(file)), [line[:-3].split(" & ") for line in lines]
-
-    (eye, shadow), latex = written("cornell", "--rays", "eye,shadow", "-m", "grid", "--engine",
-                                   "none", "--statistics")
-    assert (eye["rays"], eye["count"], shadow["rays"]) == ("eye", "64", "shadow")
-    assert 0 < int(shadow["count"]) < 64 and float(eye["ns_per_ray"]) > 0
-    assert [line[:3] for line in latex] == [["cornell", "eye", "grid"],
-                                            ["cornell", "shadow", "grid"]]
-    for line, row in zip(latex, (eye, shadow)):
-        counts = [row["nodes_visited"], row["triangles_tested"]]
-        assert line[-2:] == [f"{float(count):.1f}" for count in counts] and float(line[-1]) > 0
-    with without_meshes(tmp_path):
-        (row, engine), latex = written("bunny", "-m", "grid", "--engine", "trimesh")
-    assert row["scene"] == latex[0][0] == "bunny (stand-in)" and row["stand_in"]
-    assert latex[0][-2:] == latex[1][-2:] == ["nan", "nan"]

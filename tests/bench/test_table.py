@@ -1,0 +1,100 @@
+"""`gpgpu-rt bench --table` writes races as a table in LaTeX or CSV."""
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+from snippets import without_meshes
+
+from gpgpu_rt import cli
+from gpgpu_rt.bench import Entry
+from gpgpu_rt.bench.table import COLUMNS, write
+
+BOX = {"scene": "my_box", "triangles": 12, "stand_in": None}
+BUNNY = {"scene": "bunny", "triangles": 9, "stand_in": "the Stanford bunny"}
+
+
+def entry(name: str, over: list[float], **more: object) -> Entry:
+    """Return an entry with five rounds of 1 to 5 seconds for ten million rays."""
+    seconds = [3.0, 1.0, 5.0, 4.0, 2.0]
+    return Entry(name, more.pop("options", {}), 10_000_000, seconds, seconds, over, over, **more)
+
+
+COUNTED = entry("bvh-packet", [0.5, 0.25, 0.75], options={"packet": (4, 2), "quantise_nodes": 16},
+                work={"nodes_visited": 2.25, "triangles_tested": 1.0})
+RACES = [(BOX, "eye", [COUNTED, entry("an engine", [])]), (BUNNY, "shadow", [entry("grid", [])])]
+
+
+def test_a_latex_table_has_rates_quartiles_and_work(tmp_path: Path) -> None:
+    write(str(tmp_path / "t.tex"), RACES, ["gpgpu-rt bench my_box", "a processor"])
+    assert (tmp_path / "t.tex").read_text().splitlines() == [
+        "% gpgpu-rt bench my_box", "% a processor", r"\begin{tabular}{lllrrrrr}", r"\hline",
+        r"scene & rays & method & Mrays/s & quartiles & / embreex & nodes visited & "
+        r"triangles tested \\", r"\hline",
+        r"my\_box & eye & bvh-packet packet=4x2 quantise\_nodes=16 & 3.33 & 2.5--5 & 0.50 & 2.2 & "
+        r"1.0 \\",
+        r"my\_box & eye & an engine & 3.33 & 2.5--5 & -- & -- & -- \\",
+        r"bunny (stand-in) & shadow & grid & 3.33 & 2.5--5 & -- & -- & -- \\",
+        r"\hline", r"\end{tabular}"]
+
+
+def test_columns_without_numbers_are_left_out_of_latex(tmp_path: Path) -> None:
+    write(str(tmp_path / "t.tex"), [(BOX, "eye", [entry("grid", [])])], [])
+    heads = (tmp_path / "t.tex").read_text().splitlines()[2]
+    assert heads == r"scene & rays & method & Mrays/s & quartiles \\"
+
+
+def test_a_csv_file_has_all_numbers(tmp_path: Path) -> None:
+    write(str(tmp_path / "t.csv"), RACES, ["not in the file"])
+    with (tmp_path / "t.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == list(COLUMNS) and len(rows) == 3
+    told = COUNTED.to_dict()
+    for name in COLUMNS:
+        if name in told and name not in ("rays", "name", "options"):
+            assert rows[0][name] == str(told[name] if told[name] is not None else ""), name
+    assert (rows[0]["rays"], rows[0]["count"]) == ("eye", "10000000")
+    assert rows[0]["options"] == "packet=4x2 quantise_nodes=16"
+    assert rows[0]["nodes_visited"] == "2.25"
+    assert (rows[1]["nodes_visited"], rows[1]["over_embree"], rows[0]["stand_in"]) == ("", "", "")
+    assert rows[2]["stand_in"] == "the Stanford bunny" and rows[2]["triangles"] == "9"
+
+
+def test_the_command_writes_the_races_that_it_prints(tmp_path: Path, capsys) -> None:
+    table = tmp_path / "t.tex"
+    with without_meshes(tmp_path):
+        assert cli.main(["bench", "cornell", "bunny", "--rays", "eye,shadow", "--size", "8",
+                         "--runs", "1", "--engine", "none", "-m", "grid", "--statistics",
+                         "--json", "--table", str(table)]) == 0
+    races = json.loads(capsys.readouterr().out)["races"]
+    lines = table.read_text().splitlines()
+    assert [line[0] for line in lines[:4]] == ["%"] * 4 and "--table" in lines[0]
+    assert [line.split(" & ")[:3] for line in lines if line.endswith(r" \\")][1:] == [
+        [race["scene"] + " (stand-in)" * bool(race["stand_in"]), race["rays"], "grid"]
+        for race in races]
+
+
+def test_a_method_has_options_of_its_own(capsys) -> None:
+    assert cli.main(["bench", "cornell", "--size", "8", "--runs", "1", "--engine", "none",
+                     "--json", "--octants", "-m", "bvh-packet build=kay-kajiya packet=4x2",
+                     "-m", "bvh-threaded,bvh-packet interval-test"]) == 0
+    entries = json.loads(capsys.readouterr().out)["races"][0]["entries"]
+    assert [(one["name"], one["options"]) for one in entries] == [
+        ("bvh-packet", {"octants": True, "build": "kay-kajiya", "packet": [4, 2]}),
+        ("bvh-threaded", {"octants": True}),
+        ("bvh-packet", {"octants": True, "interval_test": True})]
+
+
+@pytest.mark.parametrize("words, message", [
+    (["--table", "t.xls"], "--table t.xls: end the file's name in .tex or .csv"),
+    (["--table", "no/such/t.tex"], "there is no folder"),
+    (["-m", "bvh-packet octant"], "-m 'bvh-packet octant': method bvh-packet has no option "
+     "'octant'; did you mean octants?"),
+    (["-m", "bvh-packet packet=5x5"], "option packet='5x5' is none of"),
+    (["-m", "bvh-packed octants"], "did you mean bvh-packet")])
+def test_a_mistake_is_one_line(capsys, words: list[str], message: str) -> None:
+    assert cli.main(["bench", "cornell", "--size", "8", "-m", "grid", *words]) == 1
+    error, = capsys.readouterr().err.splitlines()
+    assert message in error
