@@ -13,7 +13,7 @@ from typing import Any
 from .. import __version__
 from .context import Gpu, open_gpu
 
-LIBRARIES = ("moderngl", "numpy", "trimesh", "Pillow", "matplotlib", "distributed")
+LIBRARIES = ("moderngl", "numpy", "trimesh", "Pillow", "matplotlib", "distributed", "embreex")
 _ROOT = Path(__file__).parents[2]
 
 

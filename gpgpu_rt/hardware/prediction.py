@@ -23,8 +23,8 @@ from .machine_model import (
 )
 from .methods_on_cards import ERA, EraSize, era_refusals
 from .program_forms import (
-    FORMS, PACKETS, PASSES, SAME_WALK, SINGLE_RAYS, UNCOALESCED, WARPS, counted_as, forms_of,
-    kernels_from, packets_in_loop
+    FORMS, LOCAL_ARRAYS, PACKETS, PASSES, SAME_WALK, SINGLE_RAYS, UNCOALESCED, WARPS, counted_as,
+    forms_of, kernels_from, packets_in_loop
 )
 from .static_costs import StaticCost, era_methods, packet_methods, static_cost
 from .warp_packets import LANES
@@ -91,7 +91,7 @@ def predict(scene: Scene, method: str, card: str, rays: str | Workload = KIND, s
     Parameters
     ----------
     scene : Scene
-    method : a method with an era form (docs/era.md); kd-stack on a card with loops; or, on the
+    method : a method with an era form (docs/era.md); kd-stack on the G80; or, on the
         G80, a packet method
     card : a chip, such as "nv40" or "g80", or a card's name; `FORMS` has the chips
     rays : ``"eye"`` or another kind of rays, as in ``gpgpu-rt bench --rays``, or an image's rays
@@ -172,6 +172,9 @@ def limit_of(card: Card, method: str) -> Refusal | None:
     if method in SAME_WALK and not card.branching:
         return Refusal("loops", "needs loops, because a stack in a local array does not last from "
                        "pass to pass, and the card has no branches")
+    if method in SAME_WALK and card.chip not in LOCAL_ARRAYS:
+        return Refusal("local arrays", "needs a stack in a local array, and no fragment program of "
+                       "the card can index a local array")
     if method not in era_methods() and method not in packet_methods():
         return None
     return next(iter(era_refusals(card, {method: EraSize()})[method, ERA]), None)
@@ -182,6 +185,9 @@ def why_no_time(method: str) -> str:
     row = find_method(method)
     if row not in built_in_methods():
         return "no costs were compiled for a method of your own"
+    if row.steps_once and method in era_methods():
+        return (f"each push and each pop needs a pass of its own, and on the {WARPS} the model has "
+                "no form with passes")
     single = SINGLE_RAYS.get(method)
     return row.why_no_era_form() + (
         f"; on the {WARPS}, each lane of a warp runs the kernels of {single} for a ray of a packet"
