@@ -186,8 +186,8 @@ def why_no_time(method: str) -> str:
     if row not in built_in_methods():
         return "no costs were compiled for a method of your own"
     if row.steps_once and method in era_methods():
-        return (f"each push and each pop needs a pass of its own, and on the {WARPS} the model has "
-                "no form with passes")
+        return ("each push and each pop needs a pass of its own, and the model has no form with "
+                f"passes on the {WARPS}")
     single = SINGLE_RAYS.get(method)
     return row.why_no_era_form() + (
         f"; on the {WARPS}, each lane of a warp runs the kernels of {single} for a ray of a packet"
