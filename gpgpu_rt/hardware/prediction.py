@@ -173,8 +173,8 @@ def limit_of(card: Card, method: str) -> Refusal | None:
         return Refusal("loops", "needs loops, because a stack in a local array does not last from "
                        "pass to pass, and the card has no branches")
     if method in SAME_WALK and card.chip not in LOCAL_ARRAYS:
-        return Refusal("local arrays", "needs a stack in a local array, and no fragment program of "
-                       "the card can index a local array")
+        return Refusal("local arrays", "needs a stack in a local array, and no fragment program "
+                       "of the card can index a local array")
     if method not in era_methods() and method not in packet_methods():
         return None
     return next(iter(era_refusals(card, {method: EraSize()})[method, ERA]), None)
