@@ -27,6 +27,7 @@ class Needs:
         largest table, or `EraSize.numbers` if pointers are columns and rows
     floats : whether the program needs float textures
     queries : whether the host counts rays by occlusion queries
+    arrays : whether the program indexes a local array
     """
 
     arithmetic: int = 0
@@ -38,6 +39,7 @@ class Needs:
     largest_index: int = 0
     floats: bool = True
     queries: bool = False
+    arrays: bool = False
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,9 @@ class Card(Sourced):
         reasons = [Refusal(limit, f"needs {wanted:,} {what}, the card has "
                            f"{getattr(self, name):,}")
                    for limit, name, wanted, what in limits if wanted > getattr(self, name)]
+        if needs.arrays and not self.local_arrays:
+            reasons.insert(0, Refusal("arrays", "needs a local array, and the card's programs "
+                                      "cannot index an array"))
         if needs.loops and not self.branching:
             reasons.insert(0, Refusal("loops", "needs loops, the card has no branches"))
         if needs.floats and not self.float_textures:

@@ -69,16 +69,18 @@ def method_needs(names: list[str] | None = None, scene_name: str = "cornell"
             with Tracer(scene, row.name, schedule=schedule) as tracer:
                 with tracer.gpu.observed(watch):
                     tracer.trace(*rays)
-            seen[row.name, schedule] = watch.found
+                arrays = row.own_array is not None and row.own_array(tracer.options)
+            seen[row.name, schedule] = watch.found, arrays
     needs = {}
-    for key, found in seen.items():
+    for key, (found, arrays) in seen.items():
         asked: dict[str, Needs] = {}
         for name, targets, texels in found.values():
             same = sum(label.split(" ")[0] == name.split("/")[-1] for label in asked)
             label = name.split("/")[-1] + (f" {same + 1}" if same else "")
             loops = key[1] == "loop" and name in LOOPS
-            asked[label] = Needs(loops=loops, targets=targets, texture_size=_side(texels),
-                                 largest_index=texels, queries=key[1] != "loop")
+            asked[label] = Needs(loops=loops, arrays=loops and arrays, targets=targets,
+                                 texture_size=_side(texels), largest_index=texels,
+                                 queries=key[1] != "loop")
         needs[key] = asked
     return needs
 

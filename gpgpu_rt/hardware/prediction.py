@@ -23,8 +23,8 @@ from .machine_model import (
 )
 from .methods_on_cards import ERA, EraSize, era_refusals
 from .program_forms import (
-    FORMS, LOCAL_ARRAYS, PACKETS, PASSES, SAME_WALK, SINGLE_RAYS, UNCOALESCED, WARPS, counted_as,
-    forms_of, kernels_from, packets_in_loop
+    FORMS, PACKETS, PASSES, SAME_WALK, SINGLE_RAYS, UNCOALESCED, WARPS, counted_as, forms_of,
+    kernels_from, packets_in_loop
 )
 from .static_costs import StaticCost, era_methods, packet_methods, static_cost
 from .warp_packets import LANES
@@ -172,9 +172,9 @@ def limit_of(card: Card, method: str) -> Refusal | None:
     if method in SAME_WALK and not card.branching:
         return Refusal("loops", "needs loops, because a stack in a local array does not last from "
                        "pass to pass, and the card has no branches")
-    if method in SAME_WALK and card.chip not in LOCAL_ARRAYS:
-        return Refusal("local arrays", "needs a stack in a local array, and no fragment program "
-                       "of the card can index a local array")
+    if method in SAME_WALK and not card.local_arrays:
+        return Refusal("arrays", "needs a stack in a local array, and the card's programs cannot "
+                       "index an array")
     if method not in era_methods() and method not in packet_methods():
         return None
     return next(iter(era_refusals(card, {method: EraSize()})[method, ERA]), None)

@@ -6,6 +6,7 @@ machine model needs a form to predict a time.
 from __future__ import annotations
 
 from ..methods import find_method
+from .cards import find_card
 from .issue import GROUPS, ORDERS, STEP, WHILE_WHILE
 from .static_costs import era_methods, packet_methods
 
@@ -35,9 +36,6 @@ MEANINGS = {
 # A method without an era form -> the method whose kernels replace its own. kd-stack runs the
 # kernels of kd-texture-stack, but only in a loop: its local array does not last from pass to pass.
 SAME_WALK = {"kd-stack": "kd-texture-stack"}
-# The chips on which a fragment program can index a local array. Shader Model 4 is the first that
-# has such arrays (Microsoft Learn, dcl_indexableTemp).
-LOCAL_ARRAYS = ("G80",)
 # A packet method -> the method whose kernels run on the chip WARPS. There, the 32 rays of a packet
 # are the lanes of a warp. Each lane runs a single ray's kernels at the packet's node, without
 # voting and without kd-packet's short stack. On other chips, a fragment traces a whole packet.
@@ -65,7 +63,8 @@ def forms_of(method: str, chip: str) -> tuple[str, ...]:
     if SAME_WALK.get(method, method) not in era_methods():
         return ()
     if method in SAME_WALK:
-        return tuple(form for form in forms if form != PASSES and chip in LOCAL_ARRAYS)
+        return tuple(form for form in forms
+                     if form != PASSES and find_card(chip).local_arrays)
     if find_method(method).steps_once:
         return tuple(form for form in forms if form == PASSES)
     return (PASSES,) if method == "brute-force" else forms

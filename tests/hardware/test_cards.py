@@ -59,6 +59,7 @@ def test_the_command_prints_the_cards(capsys: pytest.CaptureFixture[str]) -> Non
     assert numbers["figure"] == ["unit", *CHIPS]
     assert numbers["clock"] == ["MHz", "275", "300", "325", "520", "400", "650", "1,350"]
     assert numbers["branching"] == ["no"] * 4 + ["yes"] * 3
+    assert numbers["local_arrays"] == ["no"] * 6 + ["yes"]
     assert numbers["loop_limit"][-1] == f"{find_card('G80').loop_limit:,}"
     assert numbers["issue_rate"][-1] == f"{find_card('G80').issue_rate / 1e9:g}"
 

@@ -48,6 +48,16 @@ def _table(capsys: pytest.CaptureFixture[str]) -> tuple[dict[tuple[str, str], li
     return {(line.split()[0], line.split()[1]): line.split()[2:] for line in lines}, text
 
 
+@pytest.mark.parametrize("method, indexes", [("kd-stack", True), ("bvh-stack", True),
+                                             ("kd-short-stack", False), ("bih", False)])
+def test_a_stack_in_a_local_array_needs_a_card_that_can_index_it(method: str,
+                                                                 indexes: bool) -> None:
+    asked = method_needs([method])[method, "loop"].values()
+    for card in cards():
+        refused = any(one.limit == "arrays" for needs in asked for one in card.refuses(needs))
+        assert refused == (indexes and not card.local_arrays), card.chip
+
+
 def test_the_table_fits_a_terminal_and_says_why(few, capsys) -> None:
     found, text = _table(capsys)
     assert set(found) == {("grid", "era"), ("kd-short-stack", "era"),
