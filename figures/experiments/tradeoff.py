@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import gpgpu_rt as rt
-from gpgpu_rt.accuracy.candidates import option_table, precisions
+from gpgpu_rt.accuracy.candidates import precisions
 from gpgpu_rt.accuracy.known_rays import WRONG
 from gpgpu_rt.charts import COLOURS, GREY, MARKERS, direct_labels, log_axis
+from gpgpu_rt.methods import option_table
 
 from ..framework.cell import Cell
 from ..framework.output import markdown_table, number, plt, save_chart, write_csv, write_text

@@ -42,7 +42,8 @@ NOTES = (
     "Predicted: the machine model of [era_machine](era_machine.md), with kernels that Mesa "
     "compiled for the card. A packet's rays are the lanes of a warp, and each lane runs the "
     "kernels of a single ray. kd-stack runs the kernels of kd-texture-stack in a loop. Speeds of "
-    "methods without kernels in the era form (docs/era.md) are not predicted. The prediction for "
+    "methods without kernels in the era form (docs/era.md), and of kd-texture-stack, which needs "
+    "a pass for each push, are not predicted. The prediction for "
     "the Ray Engine counts only its passes and transfers, and leaves out the work of its host. "
     "The Ray Engine is therefore predicted too fast, and all other methods too slow relative to "
     "it.",

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..methods import find_method
-from ..options import TRACER_OPTIONS, Option
+from ..methods import find_method, option_table
+from ..options import Option
 
 # These knobs change the hits, as do options with `relaxed` values, with which a search may lose
 # hits. Other knobs change only time and memory: the software renderer returns identical hits.
@@ -62,11 +62,6 @@ class Candidate:
         return " ".join([self.method, *(f"{name}={value}" for name, value in self.options)])
 
 
-def option_table(method: str) -> dict[str, Option]:
-    """Return the options of a method and of the tracer, by name."""
-    return {option.name: option for option in TRACER_OPTIONS + find_method(method).options}
-
-
 def speed_knobs(method: str) -> list[list[dict[str, Any]]]:
     """Return, for each knob that changes only time and memory, the changes to try."""
     row = find_method(method)
@@ -76,9 +71,10 @@ def speed_knobs(method: str) -> list[list[dict[str, Any]]]:
             schedules += [{"schedule": schedule, "steps_per_pass": steps} for steps in _STEPS]
         else:
             schedules.append({"schedule": schedule})
-    own = [[{name: value} for value in _values(option) if value != option.default]
-           for name, option in option_table(method).items()
-           if _is_knob(option) and not _is_for_accuracy(option)]
+    table = option_table(method)
+    own = [[{**_needed(option, table), name: value} for value in _values(option)
+            if value != option.default]
+           for name, option in table.items() if _is_knob(option) and not _is_for_accuracy(option)]
     return [schedules, *own]
 
 
@@ -122,6 +118,14 @@ def _is_knob(option: Option) -> bool:
     (``excludes``)."""
     return (option.name not in _NO_KNOBS and not option.excludes
             and (option.choices is not None or option.kind is bool or bool(option.tried)))
+
+
+def _needed(option: Option, table: dict[str, Option]) -> dict[str, Any]:
+    """Return the value of another option without which a number to try has no meaning, by name."""
+    if not option.tried or option.goes_with is None:
+        return {}
+    name, values = option.goes_with
+    return {} if table[name].default in values else {name: values[0]}
 
 
 def _is_for_accuracy(option: Option) -> bool:

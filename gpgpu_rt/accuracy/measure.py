@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from ..errors import OptionError, how_to_install, nearest_names
-from ..methods import find_method, methods, taking
+from ..methods import find_method, methods, option_table, taking
 from ..reference.picture import reference_picture
 from ..scene.scene import Scene
 from ..tracer import Tracer
-from .candidates import FULL_PRECISION, STEP_ROOM, option_table, precisions
+from .candidates import FULL_PRECISION, STEP_ROOM, precisions
 from .known_rays import KINDS, KnownRays, check_kinds
 
 RUNS = 3

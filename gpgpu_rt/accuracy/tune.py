@@ -176,7 +176,8 @@ class _Searcher:
                 yield part[at:at + WAVE]
 
     def _beam(self, start: Candidate) -> list[Trial]:
-        """Return the fastest few combinations of a method's speed options, found knob by knob."""
+        """Return the fastest few combinations of a method's speed options, found knob by knob.
+        Combinations that keep the bound on bytes come first."""
         beam = self._timed([start], SCREEN, RUNS)
         for changes in speed_knobs(start.method):
             if time.monotonic() > self.half_time:
@@ -185,7 +186,7 @@ class _Searcher:
             more = [t.candidate.changed(**change) for t in beam for change in changes]
             more = [c for c in dict.fromkeys(more) if c not in self.trials]
             beam = sorted(_fastest(beam + self._timed(more, SCREEN, RUNS)),
-                          key=lambda t: bool(t.misses))[:BEAM]     # too many bytes come last
+                          key=lambda t: bool(t.misses))[:BEAM]
         return beam
 
     def _settle(self, wave: list[Trial]) -> Trial | None:

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import argparse
+import copy
 import re
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -14,12 +15,12 @@ from ..disk.files import check_writable
 from ..errors import Error, OptionError, how_to_install, nearest_names
 from ..gl.context import Gpu, open_gpu, threads_of
 from ..gl.environment import run_facts
-from ..methods import Method, find_method, methods, taking
-from ..options import TRACER_OPTIONS
+from ..methods import Method, find_method, methods, option_table, taking
+from ..methods.choices import PASSING
 from ..text_format import counted, number
 from .shared import (
     NONE, Collect, Command, add_methods, add_options, given_options, names, options_for,
-    print_json, print_stand_in, print_table, say, side_word
+    print_json, print_stand_in, print_table, say, side_word, word_of
 )
 
 
@@ -102,8 +103,9 @@ def _bench(chosen: argparse.Namespace) -> None:
 
 
 def _end(chosen: argparse.Namespace, gpu: Gpu, found: Races, engines: Sequence[Engine]) -> None:
+    run = run_facts(gpu, chosen.command)
     if chosen.json:
-        print_json({**run_facts(gpu, chosen.command), "size": chosen.size, "runs": chosen.runs,
+        print_json({**run, "size": chosen.size, "runs": chosen.runs,
                     "threads": threads_of(gpu.renderer), "missing": _missing(engines),
                     "robust": {one.name: one.robust for one in engines},
                     "races": [{**one.facts, "rays": one.kind,
@@ -116,19 +118,18 @@ def _end(chosen: argparse.Namespace, gpu: Gpu, found: Races, engines: Sequence[E
         _print_notes(gpu, found, engines)
     if chosen.table is not None:
         table.write(chosen.table, [(one.facts, one.kind, one.entries) for one in found],
-                    _about(chosen, gpu))
+                    _about(run, chosen, gpu))
     if chosen.plot is not None:
         _chart(chosen.plot)([(one.title, _rays(one.kind, chosen.size), one.entries)
                              for one in found], chosen.plot, _renderer(gpu))
 
 
-def _about(chosen: argparse.Namespace, gpu: Gpu) -> list[str]:
+def _about(run: dict[str, Any], chosen: argparse.Namespace, gpu: Gpu) -> list[str]:
     """Return lines about the run for a table's readers."""
-    run = run_facts(gpu, chosen.command)
     here = run["environment"]
+    commit = f", commit {here['commit']}" if here["commit"] else ""
     return [f"{run['command']}  ({run['date']})",
-            f"gpgpu_rt {here['version']}, commit {here['commit']}; Python {here['python']}; "
-            f"{here['system']}",
+            f"gpgpu_rt {here['version']}{commit}; Python {here['python']}; {here['system']}",
             f"{_renderer(gpu)}, OpenGL {here['opengl']}; {here['processor']}",
             f"{counted(chosen.runs, 'round')}, {chosen.size} x {chosen.size} pixels"]
 
@@ -188,16 +189,20 @@ def _candidate(chosen: argparse.Namespace, words: str) -> tuple[str, dict[str, A
     """Return a method and its options. ``words`` is the method's name, and any options of its own
     as in the printed table: "bvh-packet octants packet=4x2"."""
     name, *own = words.split()
-    options = options_for(chosen, name)
-    known = {option.name: option for option in TRACER_OPTIONS + find_method(name).options}
+    asked, known = copy.copy(chosen), option_table(name)
     for word in own:
-        option, _, value = word.partition("=")
-        option = option.replace("-", "_")
-        if option not in known:
-            raise OptionError(f"-m {words!r}: method {name} has no option {option!r}"
-                              + nearest_names(option, known))
-        options[option] = known[option].parse(value or "true")
-    return name, options
+        key, given, text = word.lstrip("-").partition("=")
+        key = key.replace("-", "_")
+        if key in PASSING:
+            raise OptionError(f"-m {words!r}: all methods share {word_of(key)}; give it apart "
+                              "from the method")
+        if key not in known:
+            raise OptionError(f"-m {words!r}: method {name} has no option {key!r}"
+                              + nearest_names(key, known))
+        if not given and known[key].kind is not bool:
+            raise OptionError(f"-m {words!r}: give {key}=VALUE")
+        setattr(asked, "option_" + key, text if given else "true")
+    return name, options_for(asked, name)
 
 
 def _print(scene: str, kind: str, entries: list[Entry], size: int) -> None:

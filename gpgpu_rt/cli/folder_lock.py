@@ -41,7 +41,7 @@ class FolderLock:
                 raise Error(f"cannot create the folder {folder}: {failure.strerror}") from failure
             if fault:
                 raise Error(f"{folder} {fault}, but the finished parts of {purpose} must be "
-                            "kept there; remove the folder, or write to another place")
+                            "kept there; remove it, or write to another place")
             try:
                 self._file = open_lock(self._path)
             except FileNotFoundError:

@@ -167,9 +167,9 @@ def _check(output: str) -> None:
                           "example frame_%04d.png")
     if not _is_numbered(output):
         if suffix not in _FILMS:
-            raise OptionError(f"cannot write frames to {output}; end the name in .gif, .png, "
-                              ".apng or .webp for a film, put %04d into it for numbered files, or "
-                              "give a folder")
+            raise OptionError(f"cannot write frames to {output}; end the name in "
+                              f"{', '.join(_FILMS)} for a film, put %04d into it for numbered "
+                              "files, or give a folder")
         check_writable(output)
     elif not _NUMBER.search(output):
         try:

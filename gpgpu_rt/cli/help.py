@@ -70,7 +70,8 @@ class OwnedOptions:
         scan = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
         scan.add_argument(*self.words, dest="texts", action="append", nargs="?", default=[])
         texts = scan.parse_known_args(list(arguments))[0].texts
-        found = [name.strip() for text in texts if text for name in text.split(",")]
+        # A name may be followed by options, as in -m "bvh-packet octants".
+        found = [(name.split() or [""])[0] for text in texts if text for name in text.split(",")]
         for name in found:
             if name not in (*owners, *self.unowned):
                 raise OptionError(f"no {self.kind} {name!r}{nearest_names(name, owners)}")

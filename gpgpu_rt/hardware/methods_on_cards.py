@@ -2,7 +2,7 @@
 
 The era form of a method (docs/era.md) is judged by the counts of Mesa's compiler for the card.
 Today's programs, which no card's compiler accepts, are judged by their targets, tables, loops,
-queries and float textures.
+local arrays, queries and float textures.
 
 The comparison may refuse a method that once ran on the card: Carr et al. (2002) ran the ray engine
 in fixed point on the Radeon 8500, but this project emulates fixed point in float textures.

@@ -14,7 +14,7 @@ from ..bench.workloads import RAY_SETS, Workload, rays_of, told
 from ..errors import OptionError, nearest_names
 from ..methods import built_in_methods, find_method
 from ..scene.scene import Scene
-from .cards import Card, Refusal, find_card
+from .cards import Card, Needs, Refusal, find_card
 from .image_issues import measure
 from .issue import KernelIssues
 from .loop_costs import setup_slots
@@ -91,8 +91,7 @@ def predict(scene: Scene, method: str, card: str, rays: str | Workload = KIND, s
     Parameters
     ----------
     scene : Scene
-    method : a method with an era form (docs/era.md); kd-stack on the G80; or, on the
-        G80, a packet method
+    method : a method with an era form (docs/era.md); or, on the G80, kd-stack or a packet method
     card : a chip, such as "nv40" or "g80", or a card's name; `FORMS` has the chips
     rays : ``"eye"`` or another kind of rays, as in ``gpgpu-rt bench --rays``, or an image's rays
     size : pixels per side of the image; a `Workload` has its own size
@@ -149,9 +148,10 @@ def checked_form(card: Card, method: str, form: str | None = None) -> str:
                           f"{limit.says}; give another card")
     forms = forms_of(method, card.chip)
     if not forms:
+        advice = ("give another card" if method in era_methods() else
+                  "`gpgpu-rt methods` says which methods have an era form")
         raise OptionError(f"no time of {method} is predicted for the {card.name}: "
-                          f"{why_no_time(method)}; `gpgpu-rt methods` says which methods have an "
-                          "era form")
+                          f"{why_no_time(method)}; {advice}")
     if form is not None and form not in forms:
         raise OptionError(f"method {method} has no form {form!r} on the {card.name}"
                           + nearest_names(repr(form), map(repr, forms)))
@@ -169,12 +169,8 @@ def limit_of(card: Card, method: str) -> Refusal | None:
     """Return the first limit of the card that forbids the method. Return None if the card can run
     the method's kernels, or if no card's compiler compiled these kernels. The sizes of tables are
     not compared."""
-    if method in SAME_WALK and not card.branching:
-        return Refusal("loops", "needs loops, because a stack in a local array does not last from "
-                       "pass to pass, and the card has no branches")
-    if method in SAME_WALK and not card.local_arrays:
-        return Refusal("arrays", "needs a stack in a local array, and the card's programs cannot "
-                       "index an array")
+    if method in SAME_WALK:     # a stack in a local array, which does not last from pass to pass
+        return next(iter(card.refuses(Needs(loops=True, arrays=True))), None)
     if method not in era_methods() and method not in packet_methods():
         return None
     return next(iter(era_refusals(card, {method: EraSize()})[method, ERA]), None)

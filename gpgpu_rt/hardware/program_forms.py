@@ -45,7 +45,8 @@ WARPS = "G80"    # the chip whose warps run packets
 
 
 def forms_of(method: str, chip: str) -> tuple[str, ...]:
-    """Return the forms in which a method runs on a card, or () if the card cannot run the method.
+    """Return the forms in which a method runs on a card. Return () if the card cannot run the
+    method, or if the model has no form for it.
 
     The first form is the card's usual form for the method. The figures compare its times with the
     papers' times.
@@ -62,9 +63,10 @@ def forms_of(method: str, chip: str) -> tuple[str, ...]:
         return (PACKETS,) if chip == WARPS else ()
     if SAME_WALK.get(method, method) not in era_methods():
         return ()
+    if method in SAME_WALK and not find_card(chip).local_arrays:
+        return ()
     if method in SAME_WALK:
-        return tuple(form for form in forms
-                     if form != PASSES and find_card(chip).local_arrays)
+        return tuple(form for form in forms if form != PASSES)
     if find_method(method).steps_once:
         return tuple(form for form in forms if form == PASSES)
     return (PASSES,) if method == "brute-force" else forms

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import OptionError, did_you_mean, nearest_name, nearest_names
-from ..options import TRACER_OPTIONS
+from ..options import TRACER_OPTIONS, Option
 from ..traversal.accelerator import Accelerator
 from ..traversal.method import Method
 from . import plugins
@@ -40,6 +40,11 @@ def register(method: Method, file: Path | None = None) -> Method:
     if file is not None:
         _FILES[method.name] = file
     return method
+
+
+def option_table(method: str) -> dict[str, Option]:
+    """Return the options of a method and of the tracer, by name."""
+    return {option.name: option for option in TRACER_OPTIONS + find_method(method).options}
 
 
 def file_of(name: str) -> Path | None:

@@ -15,13 +15,13 @@ import trimesh
 import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.accuracy import tune as tuning
-from gpgpu_rt.accuracy.candidates import Candidate, accuracy_knobs, option_table, speed_knobs
+from gpgpu_rt.accuracy.candidates import Candidate, accuracy_knobs, speed_knobs
 from gpgpu_rt.accuracy.confidence import lower_confidence, rays_needed
 from gpgpu_rt.accuracy.error_targets import Finding, Promise
 from gpgpu_rt.accuracy.judge import upper_confidence
 from gpgpu_rt.accuracy.known_rays import Answers, KnownRays
 from gpgpu_rt.accuracy.tune import keeps, tune
-from gpgpu_rt.methods import find_method, settings
+from gpgpu_rt.methods import find_method, option_table, settings
 from gpgpu_rt.methods.choices import COHERENT, INCOHERENT
 
 METHODS = [row.name for row in rt.methods()]
@@ -125,7 +125,9 @@ def test_knobs_come_from_the_option_tables(method: str) -> None:
                                                        "build_device", "rasterised_bounds"):
             assert name in speed | accuracy, name
         if option.tried:
-            assert [{name: value} for value in option.tried] in speed_knobs(method), name
+            changes, = (one for one in speed_knobs(method) if name in one[0])
+            assert [change[name] for change in changes] == list(option.tried)
+            assert all(find_method(method).takes(change) for change in changes), name
     start = Candidate(method)
     for changes in speed_knobs(method) + accuracy_knobs(method):
         for change in changes:
@@ -146,13 +148,16 @@ def test_a_method_keeps_candidates_that_need_few_bytes(ball, monkeypatch) -> Non
     def timed(candidates: list[Candidate], size: int, runs: int) -> list[tuning.Trial]:
         trials = [searcher._trial(candidate) for candidate in candidates]
         for trial in trials:
-            copies = dict(trial.candidate.options).get("octants", False)
-            trial.rates[size], trial.misses = (2.0, {"bytes": 2.0}) if copies else (1.0, {})
+            options = dict(trial.candidate.options)
+            whole = "octants" in options and "shared_subtrees" not in options
+            trial.rates[size] = 2.0 if "octants" in options else 1.0
+            trial.misses = {"bytes": 2.0} if whole else {}
         return tuning._fastest(trials)
     monkeypatch.setattr(searcher, "_timed", timed)
     best = searcher._beam(Candidate("bvh-packet"))
     assert len(best) == tuning.BEAM and not any(trial.misses for trial in best)
-    assert any("octants" in dict(candidate.options) for candidate in searcher.trials)
+    assert all(dict(trial.candidate.options)["shared_subtrees"] == 64 for trial in best)
+    assert any(trial.misses for trial in searcher.trials.values())
 
 
 @pytest.fixture

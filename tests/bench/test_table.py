@@ -24,19 +24,20 @@ def entry(name: str, over: list[float], **more: object) -> Entry:
 
 COUNTED = entry("bvh-packet", [0.5, 0.25, 0.75], options={"packet": (4, 2), "quantise_nodes": 16},
                 work={"nodes_visited": 2.25, "triangles_tested": 1.0})
-RACES = [(BOX, "eye", [COUNTED, entry("an engine", [])]), (BUNNY, "shadow", [entry("grid", [])])]
+RACES = [(BOX, "eye", [COUNTED, entry("an engine", [], out_of=20_000_000)]),
+         (BUNNY, "shadow", [entry("grid", [])])]
 
 
 def test_a_latex_table_has_rates_quartiles_and_work(tmp_path: Path) -> None:
     write(str(tmp_path / "t.tex"), RACES, ["gpgpu-rt bench my_box", "a processor"])
     assert (tmp_path / "t.tex").read_text().splitlines() == [
         "% gpgpu-rt bench my_box", "% a processor", r"\begin{tabular}{lllrrrrr}", r"\hline",
-        r"scene & rays & method & Mrays/s & quartiles & / embreex & nodes visited & "
+        r"scene & rays & method & Mrays/s & quartiles & over embreex & nodes visited & "
         r"triangles tested \\", r"\hline",
-        r"my\_box & eye & bvh-packet packet=4x2 quantise\_nodes=16 & 3.33 & 2.5--5 & 0.50 & 2.2 & "
-        r"1.0 \\",
-        r"my\_box & eye & an engine & 3.33 & 2.5--5 & -- & -- & -- \\",
-        r"bunny (stand-in) & shadow & grid & 3.33 & 2.5--5 & -- & -- & -- \\",
+        r"my\_box & eye & bvh-packet packet=4x2 quantise\_nodes=16 & 3.33 & 2.5--5 & 0.5 & 2.25 & "
+        r"1 \\",
+        r"my\_box & eye & an engine, 10,000,000 of 20,000,000 rays & 3.33 & 2.5--5 & - & - & - \\",
+        r"bunny (stand-in) & shadow & grid & 3.33 & 2.5--5 & - & - & - \\",
         r"\hline", r"\end{tabular}"]
 
 
@@ -59,7 +60,26 @@ def test_a_csv_file_has_all_numbers(tmp_path: Path) -> None:
     assert rows[0]["options"] == "packet=4x2 quantise_nodes=16"
     assert rows[0]["nodes_visited"] == "2.25"
     assert (rows[1]["nodes_visited"], rows[1]["over_embree"], rows[0]["stand_in"]) == ("", "", "")
+    assert [row["out_of"] for row in rows] == ["", "20000000", ""]
     assert rows[2]["stand_in"] == "the Stanford bunny" and rows[2]["triangles"] == "9"
+
+
+def test_any_name_and_any_rate_gives_latex_that_compiles(tmp_path: Path) -> None:
+    strange = {**BOX, "scene": "a\\b~c^d_e%f{g}$h#i&j\udcff"}
+    slow = Entry("grid", {}, 1, [4e6], [4e6], [], [])
+    fast = Entry("grid", {}, 10**12, [1e-3], [1e-3], [], [])
+    write(str(tmp_path / "t.tex"), [(strange, "eye", [slow, fast])], ["bench a\nb \udcff.obj"])
+    lines = (tmp_path / "t.tex").read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "% bench a b ?.obj" and lines[1].startswith(r"\begin{tabular}")
+    name = (r"a\textbackslash{}b\textasciitilde{}c\textasciicircum{}d\_e\%f\{g\}\$h\#i\&j?")
+    assert lines[5:7] == [rf"{name} & eye & grid & 2.5e-13 & 2.5e-13--2.5e-13 \\",
+                          rf"{name} & eye & grid & 1e+09 & 1e+09--1e+09 \\"]
+
+
+def test_a_table_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
+    with pytest.raises(AttributeError):
+        write(str(tmp_path / "t.csv"), [(BOX, "eye", [None])], [])      # type: ignore[list-item]
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_command_writes_the_races_that_it_prints(tmp_path: Path, capsys) -> None:
@@ -87,12 +107,30 @@ def test_a_method_has_options_of_its_own(capsys) -> None:
         ("bvh-packet", {"octants": True, "interval_test": True})]
 
 
+def test_an_option_of_its_own_goes_before_the_option_of_all(capsys) -> None:
+    assert cli.main(["bench", "cornell", "--size", "8", "--runs", "1", "--engine", "none",
+                     "--json", "--packet", "4x2", "-m", "bvh-packet --packet=2x1",
+                     "-m", "bvh-packet"]) == 0
+    entries = json.loads(capsys.readouterr().out)["races"][0]["entries"]
+    assert [one["options"] for one in entries] == [{"packet": [2, 1]}, {"packet": [4, 2]}]
+
+
+def test_the_help_of_a_method_with_options(capsys) -> None:
+    with pytest.raises(SystemExit):
+        cli.main(["bench", "-m", "bvh-packet octants", "--help"])
+    assert "--octants" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("words, message", [
     (["--table", "t.xls"], "--table t.xls: end the file's name in .tex or .csv"),
     (["--table", "no/such/t.tex"], "there is no folder"),
     (["-m", "bvh-packet octant"], "-m 'bvh-packet octant': method bvh-packet has no option "
      "'octant'; did you mean octants?"),
     (["-m", "bvh-packet packet=5x5"], "option packet='5x5' is none of"),
+    (["-m", "bvh-packet reinsertion"], "give reinsertion=VALUE"),
+    (["-m", "grid statistics"], "all methods share --statistics; give it apart"),
+    (["-m", "grid context=osmesa"], "all methods share --context"),
+    (["-m", "bvh-packet era=g81"], "'g81'"),
     (["-m", "bvh-packed octants"], "did you mean bvh-packet")])
 def test_a_mistake_is_one_line(capsys, words: list[str], message: str) -> None:
     assert cli.main(["bench", "cornell", "--size", "8", "-m", "grid", *words]) == 1
