@@ -6,7 +6,6 @@ import json
 from pathlib import Path
 
 import pytest
-from snippets import without_meshes
 
 from gpgpu_rt import cli
 from gpgpu_rt.bench import Entry
@@ -84,10 +83,9 @@ def test_a_table_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
 
 def test_the_command_writes_the_races_that_it_prints(tmp_path: Path, capsys) -> None:
     table = tmp_path / "t.tex"
-    with without_meshes(tmp_path):
-        assert cli.main(["bench", "cornell", "bunny", "--rays", "eye,shadow", "--size", "8",
-                         "--runs", "1", "--engine", "none", "-m", "grid", "--statistics",
-                         "--json", "--table", str(table)]) == 0
+    assert cli.main(["bench", "cornell", "tenk", "--rays", "eye,shadow", "--size", "8",
+                     "--runs", "1", "--engine", "none", "-m", "grid", "--statistics",
+                     "--json", "--table", str(table)]) == 0
     races = json.loads(capsys.readouterr().out)["races"]
     lines = table.read_text().splitlines()
     assert [line[0] for line in lines[:4]] == ["%"] * 4 and "--table" in lines[0]
