@@ -21,6 +21,8 @@ _ACCURACY = ("precision", "storage", "rounding", "intersection", "interval")
 # but candidates are measured on ray arrays.
 _NO_KNOBS = ("era", "statistics", "context", "storage", "arithmetic", "schedule",
              "build_device", "rasterised_bounds")
+# A build takes longer than tracing the rays of a timing, so these knobs are tried last.
+_BUILDS = ("build", "split", "reinsertion")
 _STEPS = (16, 64)       # values of the option steps_per_pass to try
 FULL_PRECISION = (None, "fp32")
 # The step cap of a candidate with lower accuracy is this many times the largest number of steps of
@@ -72,9 +74,11 @@ def speed_knobs(method: str) -> list[list[dict[str, Any]]]:
         else:
             schedules.append({"schedule": schedule})
     table = option_table(method)
-    own = [[{**_needed(option, table), name: value} for value in _values(option)
+    knobs = [option for option in table.values()
+             if _is_knob(option) and not _is_for_accuracy(option)]
+    own = [[{**_needed(option, table), option.name: value} for value in _values(option)
             if value != option.default]
-           for name, option in table.items() if _is_knob(option) and not _is_for_accuracy(option)]
+           for option in sorted(knobs, key=lambda option: option.name in _BUILDS)]
     return [schedules, *own]
 
 

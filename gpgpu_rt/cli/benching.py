@@ -104,6 +104,13 @@ def _bench(chosen: argparse.Namespace) -> None:
 
 def _end(chosen: argparse.Namespace, gpu: Gpu, found: Races, engines: Sequence[Engine]) -> None:
     run = run_facts(gpu, chosen.command)
+    # Write the files first: the reader of the printed text may have gone, as with `| head`.
+    if chosen.table is not None:
+        table.write(chosen.table, [(one.facts, one.kind, one.entries) for one in found],
+                    _about(run, chosen, gpu))
+    if chosen.plot is not None:
+        _chart(chosen.plot)([(one.title, _rays(one.kind, chosen.size), one.entries)
+                             for one in found], chosen.plot, _renderer(gpu))
     if chosen.json:
         print_json({**run, "size": chosen.size, "runs": chosen.runs,
                     "threads": threads_of(gpu.renderer), "missing": _missing(engines),
@@ -116,12 +123,6 @@ def _end(chosen: argparse.Namespace, gpu: Gpu, found: Races, engines: Sequence[E
                               for one in found]})
     else:
         _print_notes(gpu, found, engines)
-    if chosen.table is not None:
-        table.write(chosen.table, [(one.facts, one.kind, one.entries) for one in found],
-                    _about(run, chosen, gpu))
-    if chosen.plot is not None:
-        _chart(chosen.plot)([(one.title, _rays(one.kind, chosen.size), one.entries)
-                             for one in found], chosen.plot, _renderer(gpu))
 
 
 def _about(run: dict[str, Any], chosen: argparse.Namespace, gpu: Gpu) -> list[str]:

@@ -128,6 +128,9 @@ def test_knobs_come_from_the_option_tables(method: str) -> None:
             changes, = (one for one in speed_knobs(method) if name in one[0])
             assert [change[name] for change in changes] == list(option.tried)
             assert all(find_method(method).takes(change) for change in changes), name
+    names = [list(changes[0])[-1] for changes in speed_knobs(method)]
+    builds = [name in ("build", "split", "reinsertion") for name in names]
+    assert builds == sorted(builds)     # builds are slow, so they are tried last
     start = Candidate(method)
     for changes in speed_knobs(method) + accuracy_knobs(method):
         for change in changes:

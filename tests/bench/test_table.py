@@ -10,6 +10,7 @@ import pytest
 from gpgpu_rt import cli
 from gpgpu_rt.bench import Entry
 from gpgpu_rt.bench.table import COLUMNS, write
+from gpgpu_rt.cli import benching
 
 BOX = {"scene": "my_box", "triangles": 12, "stand_in": None}
 BUNNY = {"scene": "bunny", "triangles": 9, "stand_in": "the Stanford bunny"}
@@ -92,6 +93,16 @@ def test_the_command_writes_the_races_that_it_prints(tmp_path: Path, capsys) -> 
     assert [line.split(" & ")[:3] for line in lines if line.endswith(r" \\")][1:] == [
         [race["scene"] + " (stand-in)" * bool(race["stand_in"]), race["rays"], "grid"]
         for race in races]
+
+
+def test_the_file_is_written_before_the_notes(tmp_path: Path, capsys, monkeypatch) -> None:
+    """Printing the notes may stop the command, for example if the reader of a pipe has gone."""
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+    monkeypatch.setattr(benching, "_print_notes", stopped)
+    assert cli.main(["bench", "cornell", "--size", "8", "--runs", "1", "--engine", "none", "-m",
+                     "grid", "--table", str(tmp_path / "t.csv")]) == 130
+    assert (tmp_path / "t.csv").read_text().count("\n") == 2
 
 
 def test_a_method_has_options_of_its_own(capsys) -> None:
