@@ -65,7 +65,7 @@ def add_commands(command: Command) -> None:
                      "engine; default: every installed engine")
     sub.add_argument("--plot", metavar="IMAGE.png", help="draw the rates as a chart, too")
     sub.add_argument("--table", metavar="FILE", help="write the races as a table, too: in LaTeX "
-                     "if the name ends in .tex, or all numbers in CSV if it ends in .csv")
+                     "if the name ends in .tex, or with more numbers in CSV if it ends in .csv")
     sub.instead["--csv"] = "; give --table FILE.csv"
     add_options(sub)
 
@@ -104,25 +104,32 @@ def _bench(chosen: argparse.Namespace) -> None:
 
 def _end(chosen: argparse.Namespace, gpu: Gpu, found: Races, engines: Sequence[Engine]) -> None:
     run = run_facts(gpu, chosen.command)
-    # Write the files first: the reader of the printed text may have gone, as with `| head`.
-    if chosen.table is not None:
-        table.write(chosen.table, [(one.facts, one.kind, one.entries) for one in found],
-                    _about(run, chosen, gpu))
-    if chosen.plot is not None:
-        _chart(chosen.plot)([(one.title, _rays(one.kind, chosen.size), one.entries)
-                             for one in found], chosen.plot, _renderer(gpu))
-    if chosen.json:
-        print_json({**run, "size": chosen.size, "runs": chosen.runs,
-                    "threads": threads_of(gpu.renderer), "missing": _missing(engines),
-                    "robust": {one.name: one.robust for one in engines},
-                    "races": [{**one.facts, "rays": one.kind,
-                               "too_noisy": (too_noisy(one.entries) if _compared(one.entries)
-                                             else ""),
-                               "uncertain": [entry.label for entry in uncertain(one.entries)],
-                               "entries": [entry.to_dict() for entry in one.entries]}
-                              for one in found]})
-    else:
-        _print_notes(gpu, found, engines)
+    # Write the files first: the reader of the printed text may have gone, as with `| head`. Print
+    # also if a file cannot be written, because the races may have taken hours.
+    try:
+        if chosen.table is not None:
+            table.write(chosen.table, [(one.facts, one.kind, one.entries) for one in found],
+                        _about(run, chosen, gpu))
+        if chosen.plot is not None:
+            _chart(chosen.plot)([(one.title, _rays(one.kind, chosen.size), one.entries)
+                                 for one in found], chosen.plot, _renderer(gpu))
+    finally:
+        if chosen.json:
+            _print_json(run, chosen, gpu, found, engines)
+        else:
+            _print_notes(gpu, found, engines)
+
+
+def _print_json(run: dict[str, Any], chosen: argparse.Namespace, gpu: Gpu, found: Races,
+                engines: Sequence[Engine]) -> None:
+    print_json({**run, "size": chosen.size, "runs": chosen.runs,
+                "threads": threads_of(gpu.renderer), "missing": _missing(engines),
+                "robust": {one.name: one.robust for one in engines},
+                "races": [{**one.facts, "rays": one.kind,
+                           "too_noisy": too_noisy(one.entries) if _compared(one.entries) else "",
+                           "uncertain": [entry.label for entry in uncertain(one.entries)],
+                           "entries": [entry.to_dict() for entry in one.entries]}
+                          for one in found]})
 
 
 def _about(run: dict[str, Any], chosen: argparse.Namespace, gpu: Gpu) -> list[str]:

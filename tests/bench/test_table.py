@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import gpgpu_rt as rt
 from gpgpu_rt import cli
 from gpgpu_rt.bench import Entry
 from gpgpu_rt.bench.table import COLUMNS, write
@@ -103,6 +104,16 @@ def test_the_file_is_written_before_the_notes(tmp_path: Path, capsys, monkeypatc
     assert cli.main(["bench", "cornell", "--size", "8", "--runs", "1", "--engine", "none", "-m",
                      "grid", "--table", str(tmp_path / "t.csv")]) == 130
     assert (tmp_path / "t.csv").read_text().count("\n") == 2
+
+
+def test_a_file_that_cannot_be_written_loses_no_race(tmp_path: Path, capsys, monkeypatch) -> None:
+    def full(*_: object) -> None:
+        raise rt.Error("the disk is full")
+    monkeypatch.setattr(benching.table, "write", full)
+    assert cli.main(["bench", "cornell", "--size", "8", "--runs", "1", "--engine", "none", "-m",
+                     "grid", "--json", "--table", str(tmp_path / "t.csv")]) == 1
+    out, err = capsys.readouterr()
+    assert len(json.loads(out)["races"]) == 1 and "the disk is full" in err
 
 
 def test_a_method_has_options_of_its_own(capsys) -> None:
